@@ -210,7 +210,7 @@ def conjugate_gap(
     mate, shape, place = _mate_of(design, pose), np.shape(l), np.stack((np.ravel(l), np.ravel(u)), axis=-1)
     patch = flank_patch(design.pinion, pose.flank, *place.T)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        roll = _own_roll(mate, patch.point, patch.normal)
+        roll = _roll_of_mate(mate, patch.point, patch.normal)
         start = feet(design.gear, pose.flank, _seen_by_gear(mate, patch.point, roll))
         gap, state = _least(mate, patch.point, patch.normal, np.stack((roll, start.l, start.u)))
         given = np.isfinite(place.sum(axis=1))
@@ -282,7 +282,7 @@ def _mate_of(design: Design, pose: MeshingPair) -> _Mate:
     )
 
 
-def _own_roll(mate: _Mate, point: FloatArray, normal: FloatArray) -> FloatArray:
+def _roll_of_mate(mate: _Mate, point: FloatArray, normal: FloatArray) -> FloatArray:
     """Return the pinion roll (...) nearest to that of `mate` at which points with their normals (..., 3), in
     the pinion frame, satisfy the equation of meshing; if there is none, the roll that comes nearest to it."""
     origin = frames_at(mate.design, 0.0, 0.0)[0][1]

@@ -41,7 +41,7 @@ from ..operation.backlash_by_tangency import jammed, tangent_backlash
 from ..pair.named_inputs import PRESETS, bound_faults
 from ..support.argument import ArgumentError
 from ..support.array_repr import short_repr
-from ..support.frozen_arrays import kept
+from ..support.frozen_arrays import cached
 from .edge_contact import CycleExtremes, cycle_extremes
 from .modification.objectives import (
     Aim as Aim,
@@ -249,7 +249,7 @@ def _refined(design: Design, flank: str, aim: Aim, limits: FloatArray, start: Ve
     start."""
     from scipy.optimize import Bounds, NonlinearConstraint, minimize
 
-    @kept(8)  # SLSQP evaluates the constraints several times at the same coefficients
+    @cached(8)  # SLSQP evaluates the constraints several times at the same coefficients
     def paths(first: float, second: float) -> Objectives:
         """Return the results at two coefficients, in units of COEFFICIENT_UNIT_PER_MM."""
         return objectives_of(

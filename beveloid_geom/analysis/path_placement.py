@@ -205,7 +205,7 @@ def place_path(
     search = _PlacementSearch(design, flank, by, search_limits(design, by), np.array((face, high - low)))
     wanted = np.stack((face * (share - 0.5), np.full(share.shape, wanted_l)), axis=-1)
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-        exact, shares, status = _found(search, wanted)
+        exact, shares, status = _solved(search, wanted)
     return _forward(search, share, wanted, exact, shares, status)
 
 
@@ -232,7 +232,7 @@ def centred(design: Design, flank: str) -> float:
     return 0.0 - float(design.pinion.tool.parabola_apex)
 
 
-def _found(search: _PlacementSearch, wanted: FloatArray) -> tuple[FloatArray, FloatArray, Codes]:
+def _solved(search: _PlacementSearch, wanted: FloatArray) -> tuple[FloatArray, FloatArray, Codes]:
     """Return, for required positions (n, 2), the shares of the limits (n, 2) that reach them, those of a pair
     that can be assembled, both NaN without a solution, and the status (n)."""
     shares = _newton(search, wanted, np.zeros_like(wanted))

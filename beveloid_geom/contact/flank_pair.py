@@ -25,7 +25,7 @@ from ..gear.rack import Numbers, Rack, rack_at, rack_of
 from ..gear.tooth_side import is_batch, undercut_edge
 from ..pair.frames import Layout, layout_by_case
 from ..pair.mounting import mounting_of
-from ..support.frozen_arrays import kept, read_only
+from ..support.frozen_arrays import cached, read_only
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,8 +226,8 @@ def _edges(member: Member | Distinct, flank: str, lowest: FloatArray) -> Edges |
     return Edges(tuple(curves), number) if any(curves) else None
 
 
-@kept(64)
-def _kept_flanks(pinion: Member, gear: Member, flank: str) -> Mapping[str, Any]:
+@cached(64)
+def _cached_flanks(pinion: Member, gear: Member, flank: str) -> Mapping[str, Any]:
     return MappingProxyType(_flanks(stacked(pinion, gear), flank, (pinion, gear)))
 
 
@@ -246,7 +246,7 @@ def pairing_of(design: Design, flank: str, undercut: bool = True) -> FlankPair:
         flank, "calculations with the one equation of contact", pinion=design.pinion, gear=design.gear
     )
     if undercut and not design.batch_shape:
-        return _kept_pairing(design, flank)
+        return _cached_pairing(design, flank)
     return _pairing(design, flank, undercut)
 
 
@@ -283,7 +283,7 @@ def _pairing(design: Design, flank: str, undercut: bool = True) -> FlankPair:
         each = design.members if single else None
         flanks: Mapping[str, Any] = _flanks(design.stacked_members(), flank, each, undercut)
     else:
-        flanks = _kept_flanks(*design.members, flank)
+        flanks = _cached_flanks(*design.members, flank)
     # Mounting distances plus axial errors.
     position = np.empty((2, *shape))
     position[0] = mounting.distance[0] + design.errors.pinion_axial
@@ -297,7 +297,7 @@ def _pairing(design: Design, flank: str, undercut: bool = True) -> FlankPair:
     )
 
 
-_kept_pairing = kept(8)(_pairing)
+_cached_pairing = cached(8)(_pairing)
 
 
 def terms_of(pairing: FlankPair, l: Numbers) -> MemberTerms:

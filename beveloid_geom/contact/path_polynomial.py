@@ -251,7 +251,7 @@ def series_over_l1(
     samples = root_samples(
         pairing, l1, np.array((low[1], high[1])), SAMPLE_POSITIONS[::2] if one_curve else SAMPLE_POSITIONS
     )
-    samples = samples.one_way() if one_curve else samples
+    samples = samples.of_main_direction() if one_curve else samples
     # Roots beyond root or tip of the gear are not on the flanks and are used only if there is no other.
     samples = samples.preferring(pairing.lowest[1], pairing.highest[1])
     status = np.full(len(l1), np.int8(Status.NOT_CONVERGED))
@@ -260,7 +260,7 @@ def series_over_l1(
     tried = samples.change.any(axis=0).all(axis=-1) & ~pairing.undefined
     # Number of cases up to which polishing is cheaper than the prediction.
     if len(l1) > 4 and not pairing.without_parabola.all():
-        tried &= ~_hopeless(pairing, np.array((l1, samples.one_way().rough())), basis)
+        tried &= ~_hopeless(pairing, np.array((l1, samples.of_main_direction().rough())), basis)
     at, part, subset = np.flatnonzero(tried), pairing, samples
     if at.size < len(l1):
         part, l1, subset = pairing.cases(at), l1[at], samples.cases(at)

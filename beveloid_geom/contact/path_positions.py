@@ -14,7 +14,7 @@ import numpy as np
 from ..arrays import Codes, FloatArray, Mask
 from ..status import Status
 from ..support.chebyshev import basis_of, evaluate, inverted, real_roots, resolved_degree, with_derivative
-from ..support.frozen_arrays import kept
+from ..support.frozen_arrays import cached
 from .ends import HALLEY_MAX_STEPS, LAST_HALLEY_STEP, Ends, halley_step, no_ends
 from .equation import edge_margins, gap_tolerance
 from .flank_pair import FlankPair
@@ -53,7 +53,7 @@ def ends_of_groups(groups: list[Group], cases: int) -> Ends:
     return ends
 
 
-@kept(4)
+@cached(4)
 def _shares(points: int) -> FloatArray:
     """Return evenly spaced relative positions in [-1, 1], followed by the middle 0."""
     return np.append(np.linspace(-1.0, 1.0, points), 0.0)
@@ -114,12 +114,12 @@ def _limited(
     # Tolerance of the limits, in gap tolerances.
     limit_tolerance = 64.0
     values[0] = l1
-    room = values[ROW_COUNT:].min(axis=0)
+    margin = values[ROW_COUNT:].min(axis=0)
     # Rows of a series with z of a contact on both members, mm.
     z_rows = slice(4, 6)
     if pairing.edges:
-        room = np.minimum(room, edge_margins(pairing, values[:2], values[z_rows]).min(axis=0))
-    off = room < -limit_tolerance * gap_tolerance(pairing)
+        margin = np.minimum(margin, edge_margins(pairing, values[:2], values[z_rows]).min(axis=0))
+    off = margin < -limit_tolerance * gap_tolerance(pairing)
     if off.any():
         status[off & (status == Status.SOLVED)] = Status.OFF_FLANK
     return values[:ROW_COUNT], status

@@ -17,7 +17,7 @@ from ..arrays import Codes, FloatArray, Integers, Mask
 from ..design.model import Design
 from ..status import Status
 from ..support.chebyshev import basis_of
-from ..support.frozen_arrays import kept
+from ..support.frozen_arrays import cached
 from .curves.curve_series import chain_series, chains_of, missed, series_along
 from .curves.curve_tracing import CurvePart, Window, curves_of, near_flanks
 from .curves.root_exclusion import Box, box_of, vanishing, window_of
@@ -58,7 +58,7 @@ def _with_ends(cases: Integers, pairing: FlankPair, series: PathSeries) -> Group
 
 def generated_paths(design: Design, flank: str, undercut: bool = True) -> list[Group]:
     """Return `paths_on_flanks` of the generated flanks; the paths of single designs are cached."""
-    find = _generated_paths if design.batch_shape else _kept_paths
+    find = _generated_paths if design.batch_shape else _cached_paths
     return find(design, flank, undercut)
 
 
@@ -67,7 +67,7 @@ def _generated_paths(design: Design, flank: str, undercut: bool) -> list[Group]:
         return paths_on_flanks(generated_pairing(design, flank, undercut))
 
 
-_kept_paths = kept(16)(_generated_paths)
+_cached_paths = cached(16)(_generated_paths)
 
 
 def paths_on_flanks(pairing: FlankPair) -> list[Group]:
@@ -170,7 +170,7 @@ def _over_l1(pairing: FlankPair) -> tuple[list[Group], list[Group], Integers]:
     box = box_of(part, *window_of(part), nodes=5)
     defined = ~(part.undefined | vanishing(part))
     certain[at], void[at] = (box.none | box.one) & defined, box.none & ~box.missing & defined & ~decided[at]
-    partial = _over_some_of_l1(full, samples, np.flatnonzero(lost & ~decided & ~void))
+    partial = _over_part_of_l1(full, samples, np.flatnonzero(lost & ~decided & ~void))
     empty, off = np.flatnonzero(void), np.full(np.count_nonzero(void), np.int8(Status.OFF_FLANK))
     result = [
         full.part(np.flatnonzero(decided & certain)),
@@ -185,13 +185,13 @@ def _over_l1(pairing: FlankPair) -> tuple[list[Group], list[Group], Integers]:
     return [group for group in result if group.cases.size], doubtful, np.flatnonzero(lost)
 
 
-def _over_some_of_l1(full: Group, samples: RootSamples, cases: Integers) -> Group:
+def _over_part_of_l1(full: Group, samples: RootSamples, cases: Integers) -> Group:
     """Return those of the `cases` whose path is described by a series over a part of l1: the part in which
     their contacts, known approximately from `samples` at the nodes of their series, seem to be on the flanks.
     """
     pairing, series = full.pairing.cases(cases), full.series.cases(cases)
     l1 = series.middle + series.half * basis_of(16).nodes
-    low, high = rough_window(pairing, np.array((l1, samples.cases(cases).one_way().rough())))
+    low, high = rough_window(pairing, np.array((l1, samples.cases(cases).of_main_direction().rough())))
     seen = np.flatnonzero(high[0, :, 0] > low[0, :, 0])
     part, low, high = pairing.cases(seen), low[:, seen], high[:, seen]
     series, _ = series_over_l1(part, low, high, basis_of(20), one_curve=True)
@@ -273,8 +273,8 @@ def _through_cells(pairing: FlankPair, box: Box) -> tuple[list[Group], Integers]
 
 def _is_decided(group: Group) -> Mask:
     """Return for which cases a series decides whether and where they are on the flanks."""
-    said = (group.ends.status == Status.SOLVED) | (group.ends.status == Status.OFF_FLANK)
-    return np.asarray(said & (group.series.status == Status.SOLVED))
+    known = (group.ends.status == Status.SOLVED) | (group.ends.status == Status.OFF_FLANK)
+    return np.asarray(known & (group.series.status == Status.SOLVED))
 
 
 def _without_path(pairing: FlankPair, cases: Integers, status: Codes) -> Group:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import FloatArray, Integers, Mask
-from ..support.frozen_arrays import kept
+from ..support.frozen_arrays import cached
 from .equation import gap_of, guarded_gap
 from .flank_pair import FlankPair, MemberTerms, terms_of_one
 
@@ -44,7 +44,7 @@ class RootSamples:
         """Return the bracket of the first change of sign of each position; undefined where there is none."""
         return self.between(self.change.argmax(axis=0))
 
-    def one_way(self) -> RootSamples:
+    def of_main_direction(self) -> RootSamples:
         """Keep the changes in which F increases, or those in which it decreases: for each case the direction
         that more of its positions have, since along one curve the direction is constant.
         """
@@ -80,7 +80,7 @@ class RootSamples:
         return bracket_of(self.l2.take(index), self.values.take(index))
 
 
-@kept(32)
+@cached(32)
 def _four_samples(count: int) -> Integers:
     """Return the numbers of four samples (4, count - 1) for each interval between `count` samples: both ends
     of the interval and two neighbours.

@@ -87,7 +87,7 @@ def _newton(pairing: FlankPair, pinion: MemberTerms, search: _Search, passes: in
             break
         if turn % steps_together == 0 and 2 * left < done.size:
             now = replace(search, low=low, high=high, l2=l2, slope=slope, done=done)
-            return _newton_of_some(pairing, pinion, now, passes - turn)
+            return _newton_of_subset(pairing, pinion, now, passes - turn)
         # Evaluate, shrink the bracket, and step; bisect if the step leaves the bracket.
         gap, slope = gap_and_slope(pairing, pinion, l2)
         if np.isnan(gap).any():
@@ -104,7 +104,7 @@ def _newton(pairing: FlankPair, pinion: MemberTerms, search: _Search, passes: in
     return replace(search, l2=l2, slope=slope, done=done)
 
 
-def _newton_of_some(pairing: FlankPair, pinion: MemberTerms, search: _Search, passes: int) -> _Search:
+def _newton_of_subset(pairing: FlankPair, pinion: MemberTerms, search: _Search, passes: int) -> _Search:
     """Return the roots after Newton steps for the positions that are not done, each as a separate case."""
     case, position = np.nonzero(~search.done)
     terms = pinion.pick(case, position, None)

@@ -20,7 +20,7 @@ import numpy as np
 
 from ..arrays import FLANK_SIGN, FloatArray
 from ..support.array_repr import short_repr
-from ..support.frozen_arrays import kept, restored
+from ..support.frozen_arrays import cached, restored
 from ..support.tensor_spline import spline_through
 from .field_limits import DesignError, Fault
 
@@ -235,7 +235,7 @@ class DeviationShape:
         )
 
 
-@kept(32)
+@cached(32)
 def deviation_shape(deviations: FlankDeviations, flank: str) -> DeviationShape:
     """Return the deviation of a flank as a function of l and z. Raises ValueError for another order."""
     side = tuple(FLANK_SIGN).index(flank)

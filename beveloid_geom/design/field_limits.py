@@ -93,7 +93,7 @@ class FieldLimit(NamedTuple):
     cures: tuple[tuple[float, str], ...] = ()
     least: float | None = None
     most: float | None = None
-    whole: bool = False
+    integer: bool = False
     optional: bool = False
 
     def fault(self, value: float, place: str = "") -> str | None:
@@ -115,7 +115,7 @@ class FieldLimit(NamedTuple):
     @property
     def kind(self) -> tuple[str, str]:
         """Description of the required value, and the cure for another one."""
-        if self.whole:
+        if self.integer:
             return "a whole number", "write it without quotes and decimals, such as 29"
         return "a number", "write it without quotes, such as 1.5"
 
@@ -158,7 +158,7 @@ LIMITS: dict[str, dict[str, FieldLimit]] = {
             "",
             "racks are not supported",
             ((-1.0, "internal gears are not supported"), (0.0, "a member has at least one tooth")),
-            whole=True,
+            integer=True,
         ),
         "helix_angle": FieldLimit(
             -80,
@@ -241,7 +241,7 @@ def take(limits: Mapping[str, FieldLimit], values: dict[str, Any]) -> list[Fault
     faults = []
     for name, limit in limits.items():
         value = values[name]
-        if type(value) is (int if limit.whole else float) and limit.low <= value <= limit.high:
+        if type(value) is (int if limit.integer else float) and limit.low <= value <= limit.high:
             continue
         if value is None and limit.optional:
             continue
@@ -286,7 +286,7 @@ def checked(value: object, limit: FieldLimit) -> float | NDArray[np.float64] | s
     if isinstance(given, str):
         return given
     bad = ~((given >= limit.low) & (given <= limit.high))
-    if limit.whole:
+    if limit.integer:
         bad |= given != np.rint(given)
     if bad.any():
         index = np.argwhere(bad)[0].tolist()
@@ -294,7 +294,7 @@ def checked(value: object, limit: FieldLimit) -> float | NDArray[np.float64] | s
     if given.ndim:
         given.flags.writeable = False
         return given
-    return int(given) if limit.whole else float(given)
+    return int(given) if limit.integer else float(given)
 
 
 def number_fault(value: object, limit: FieldLimit) -> str | None:
@@ -336,9 +336,9 @@ def _outside_range(value: float, limit: FieldLimit, place: str) -> str:
     finite = "a finite number", "give a number such as 1.5"
     if not math.isfinite(value):
         return refused(f"be {finite[0]}", value, finite[1], place)
-    if limit.whole and not value.is_integer():
+    if limit.integer and not value.is_integer():
         return refused(f"be {limit.kind[0]}", value, limit.kind[1], place)
-    return limit.fault(int(value) if limit.whole else value, place) or ""
+    return limit.fault(int(value) if limit.integer else value, place) or ""
 
 
 def base_pitch_fault(

@@ -105,7 +105,7 @@ def _deviation_files(table: str, given: object, faults: list[Fault]) -> list[Dev
         for key in keys
         if key not in DeviationFile._fields
     ]
-    grid_size = FieldLimit(2, 999, "", "give the number in the measuring grid", whole=True)
+    grid_size = FieldLimit(2, 999, "", "give the number in the measuring grid", integer=True)
     for key, value in keys.items():
         if key in ("rows", "columns") and (text := number_fault(value, grid_size)):
             new.append(Fault(table, f"{_DEVIATIONS}.{key}", text))

@@ -175,7 +175,8 @@ def foot_on(
     the Newton step below which the iteration ends, in modules along l and in rad times pitch radius: the
     error is its square over the radius of curvature. The caller silences NumPy's warnings.
     """
-    rack, last, remaining = sheet.rack, last_step * np.asarray(sheet.module), _rest(sheet.rack, point[2])
+    rack, last = sheet.rack, last_step * np.asarray(sheet.module)
+    remaining = _fixed_terms(rack, point[2])
     if near is None:
         turn = _unmodified_turn(rack, *point)
     else:
@@ -265,7 +266,7 @@ def _turned_on(turn: Turn, step: FloatArray) -> Turn:
     return phi + 2.0 * np.arctan(half), cos * c - sin * s, sin * c + cos * s
 
 
-def _rest(rack: Rack, z: FloatArray) -> Values:
+def _fixed_terms(rack: Rack, z: FloatArray) -> Values:
     """Return the parts of V.d and V.m that depend on the rack and on z only."""
     x, y, up = rack.pitch_radius + rack.apex[0], rack.apex[1], z - rack.apex[2]
     return tuple(up * e[2] - (x * e[0] + y * e[1]) for e in (rack.direction, rack.normal))

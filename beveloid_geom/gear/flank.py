@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray, flank_sign
 from ..design.member import Member
-from ..support.frozen_arrays import kept
+from ..support.frozen_arrays import cached
 from .flank_limits import root_parameter, tip_parameter, tip_radius
 from .generation import angle_of, flank_cut, rolled, rotated_cut
 from .modification import FlankExtent, FlankModification, flank_modification
@@ -229,7 +229,7 @@ def modification_of(member: Member, flank: str) -> FlankModification | None:
     """
     if member.modification(flank) is None:
         return None
-    return (_modification if is_batch(member) else _kept_modification)(member, flank)
+    return (_modification if is_batch(member) else _cached_modification)(member, flank)
 
 
 def _modification(member: Member, flank: str) -> FlankModification:
@@ -248,7 +248,7 @@ def _modification(member: Member, flank: str) -> FlankModification:
     return flank_modification(given, extent)
 
 
-_kept_modification = kept(64)(_modification)
+_cached_modification = cached(64)(_modification)
 
 
 def is_batch(member: Member) -> bool:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..arrays import FloatArray, Mask
 from ..design.member import Member
-from ..support.frozen_arrays import kept
+from ..support.frozen_arrays import cached
 from .crossing import crossing_of, fillet_profile
 from .crossing_curve import END as END, RADIUS as RADIUS, START as START, CrossingCurve
 from .fillet import fillet_point, tool_round
@@ -34,7 +34,7 @@ from .tooth_surface import (
 )
 
 
-@kept(64)
+@cached(64)
 def flank_surface(member: Member, flank: str) -> ToothSurface:
     """Return the `flank` ('right' or 'left') of a single member without its fillet: the surface continues
     below the joint with the fillet, and beyond an edge of undercut."""
@@ -62,12 +62,12 @@ def flank_surface(member: Member, flank: str) -> ToothSurface:
 def _surface(member: Member, flank: str) -> ToothSurface:
     # Modules: least length of the profile coordinate for one rad of the fillet.
     least_fillet_scale_modules = 0.1
-    whole, rounding = flank_surface(member, flank), tool_round(member.tool, flank)
-    a, joint, radius = whole.parabola, rounding.joint, rounding.radius
+    generated, rounding = flank_surface(member, flank), tool_round(member.tool, flank)
+    a, joint, radius = generated.parabola, rounding.joint, rounding.radius
     turn = float(np.arctan(2.0 * a * joint))
     scale = max(radius, least_fillet_scale_modules * float(member.tool.normal_module))
     surface = replace(
-        whole,
+        generated,
         joint=joint,
         bottom=joint - scale * (0.5 * np.pi - rounding.angle),
         turn=turn,
@@ -85,10 +85,10 @@ def _surface(member: Member, flank: str) -> ToothSurface:
     if not rises and not np.isnan(surface.highest):
         crossing, lost = crossing_of(surface)
         surface = replace(surface, crossing=crossing, lost=lost)
-    return replace(surface, modification=whole.modification)
+    return replace(surface, modification=generated.modification)
 
 
-_kept_surface = kept(64)(_surface)
+_cached_surface = cached(64)(_surface)
 
 
 def surface_of(member: Member, flank: str) -> ToothSurface:
@@ -101,7 +101,7 @@ def surface_of(member: Member, flank: str) -> ToothSurface:
     """
     if is_batch(member):
         raise ValueError("members must have single numbers: only pair and errors may contain arrays")
-    return _kept_surface(member, flank)
+    return _cached_surface(member, flank)
 
 
 def side_points(surface: ToothSurface, s: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -230,7 +230,7 @@ def _bent_profile(
     return np.where((np.abs(step) <= last) & (following >= low), following, np.nan)
 
 
-@kept(64)
+@cached(64)
 def undercut_edge(member: Member, flank: str) -> CrossingCurve | None:
     """Return the curve on which undercut ends a flank of a single member.
 

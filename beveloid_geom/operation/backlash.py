@@ -29,7 +29,7 @@ from ..pair.mounting import within_half_pitch
 from ..status import FirstStatus
 from ..support.array_repr import short_repr
 from ..support.chebyshev import basis_of, evaluate, greatest
-from ..support.frozen_arrays import kept, restored
+from ..support.frozen_arrays import cached, restored
 from .contact_normals import contact_normals, moved_by_gear, touches_undercut_edge, with_tangencies
 from .cycle.cycle_segments import SEGMENT_DEGREE, rolls_between
 from .engagement import conjugate_phase
@@ -161,11 +161,11 @@ def mounted_backlash(design: Design) -> Backlash:
     0.0416 mm
     """
     require_design(design)
-    return _backlash(design) if design.batch_shape else _kept_backlash(design)
+    return _backlash(design) if design.batch_shape else _cached_backlash(design)
 
 
-@kept(16)
-def _kept_backlash(design: Design) -> Backlash:
+@cached(16)
+def _cached_backlash(design: Design) -> Backlash:
     return _backlash(design)
 
 

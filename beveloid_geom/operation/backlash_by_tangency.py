@@ -32,7 +32,7 @@ from ..pair.frames import layout_of
 from ..pair.mounting import mounting_of, unmodified_backlash, within_half_pitch
 from ..pair.tips import CLEAR_DEPTH_MODULES, depth_below_tips_as_mounted
 from ..status import Limit, Status
-from ..support.frozen_arrays import kept
+from ..support.frozen_arrays import cached
 from .backlash import JAM_OVERLAP_MODULES, lever_of
 from .engagement import conjugate_phase
 
@@ -129,11 +129,11 @@ def _near_fillets(design: Design) -> bool:
     """Return whether a tip comes near a fillet on either side, without errors; False for arrays of members
     or layouts."""
     plain = design.bare()
-    return not plain.batch_shape and _kept_near_fillets(plain.pinion, plain.gear, plain.pair)
+    return not plain.batch_shape and _cached_near_fillets(plain.pinion, plain.gear, plain.pair)
 
 
-@kept(64)
-def _kept_near_fillets(pinion: Member, gear: Member, pair: Pair) -> bool:
+@cached(64)
+def _cached_near_fillets(pinion: Member, gear: Member, pair: Pair) -> bool:
     """Return `_near_fillets` of a single design, which batches of errors share."""
     design = Design(pinion, gear, pair)
     left = np.minimum(*(depth_below_tips_as_mounted(design, flank) for flank in FLANKS))

@@ -16,7 +16,7 @@ from ..contact.surfaces.problems import with_line_crowning
 from ..design.model import Design, Pair
 from ..gear.tooth_side import ToothSurface, angle_of, cut_at, surface_of
 from ..pair.mounting import limit_phase, mounting_of
-from ..support.frozen_arrays import kept
+from ..support.frozen_arrays import cached
 from .angular_clearance import AxisPositions, axes_of
 from .search.search_task import Task
 
@@ -171,7 +171,7 @@ def conjugate_phase(design: Design, flank: str) -> FloatArray:
         rad, of the batch shape; NaN for a design without mounting distances.
     """
     plain = design.bare()
-    find = _conjugate_phase if plain.batch_shape else _kept_phase
+    find = _conjugate_phase if plain.batch_shape else _cached_phase
     phase = find(plain, flank)
     if not np.isnan(phase).any():
         return phase
@@ -196,7 +196,7 @@ def _conjugate_phase(plain: Design, flank: str) -> FloatArray:
     return rows[PHASE, :, 0].reshape(plain.batch_shape)
 
 
-_kept_phase = kept(16)(_conjugate_phase)
+_cached_phase = cached(16)(_conjugate_phase)
 
 
 def pitch_point_roll(design: Design, flank: str) -> FloatArray:

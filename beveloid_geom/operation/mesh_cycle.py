@@ -29,7 +29,7 @@ from ..design.model import Design
 from ..status import FirstStatus
 from ..support.array_repr import html_table, short_repr
 from ..support.chebyshev import evaluate, polynomials, with_derivative
-from ..support.frozen_arrays import kept
+from ..support.frozen_arrays import cached
 from .cycle.cycle_segments import CycleSegments, Samples, changes_of, extremes, samples_of
 from .cycle.segment_search import first_contact_segments, pitch_rolls
 from .engagement import Engagement, engagement_of, pitch_point_roll
@@ -264,7 +264,7 @@ def cycle_and_pairs(
     """
     if harmonics < 1:
         raise ValueError(f"harmonics must be at least 1, got {harmonics}")
-    find = _solved if design.batch_shape else _kept_solution
+    find = _solved if design.batch_shape else _cached_solution
     solution = find(design, flank, each or not design.batch_shape)
     start, phase, status = solution.start, solution.phase, solution.status
     engagement, segments, shape = solution.engagement, solution.segments, start.shape
@@ -322,11 +322,11 @@ def _solved(design: Design, flank: str, each: bool) -> _Solution:
     return _Solution(start, engagement, phase, segments, status, grids, samples, alone)
 
 
-_kept_solution = kept(16)(_solved)
+_cached_solution = cached(16)(_solved)
 """Solutions of single designs: transmission error, contact ratio and backlash need the same ones."""
 
 
-@kept(1)
+@cached(1)
 def _gauss_points() -> tuple[FloatArray, FloatArray]:
     return leggauss(96)
 

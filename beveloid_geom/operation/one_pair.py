@@ -153,8 +153,8 @@ def _in_doubt(
     run, at, jump = segments.case[inner], segments.high[inner], np.abs(ends[1] - ends[0])
     # Where the pair is the first, the cycle is exact. Elsewhere, a jump matters only near a thickness.
     first, ours = _whose_contact(cycle, case[run], at)
-    room = np.abs(ends.min(axis=0) - first - thicknesses[:, None]).min(axis=0)
-    apart = ~((jump <= bound) | ours | (jump < 0.1 * room))
+    to_thickness = np.abs(ends.min(axis=0) - first - thicknesses[:, None]).min(axis=0)
+    apart = ~((jump <= bound) | ours | (jump < 0.1 * to_thickness))
     run, at, late = run[apart], at[apart, None], np.unique(single[~(behind <= bound)])
     same = samples.case == run[:, None]
     low = np.where(same & (samples.roll <= at), samples.roll, -np.inf).max(axis=1, initial=-np.inf)

@@ -236,10 +236,10 @@ def by_mesh_errors(design: Design, rates: FloatArray) -> FloatArray:
     by = np.broadcast_to(by, (*batch, *by.shape[-2:])).reshape(*batch, *[1] * more, *by.shape[-2:])
     turned = np.asarray((rates[..., None, :] @ by)[..., 0, :])
     missing = np.isnan(rates)
-    some = np.asarray(missing.any(axis=-1) & ~missing.all(axis=-1))
-    if some.any():  # a missing derivative is not needed where its factor is 0
+    partly_missing = np.asarray(missing.any(axis=-1) & ~missing.all(axis=-1))
+    if partly_missing.any():  # a missing derivative is not needed where its factor is 0
         terms = np.where(missing[..., None] & (by == 0.0), 0.0, rates[..., None] * by)
-        turned = np.where(some[..., None], terms.sum(axis=-2), turned)
+        turned = np.where(partly_missing[..., None], terms.sum(axis=-2), turned)
     return turned
 
 

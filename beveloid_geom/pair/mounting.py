@@ -39,7 +39,7 @@ from ..arrays import FloatArray, Quantity
 from ..design.member import Member
 from ..design.model import Design, Pair
 from ..gear.rack import Rack, rack_of
-from ..support.frozen_arrays import kept, restored
+from ..support.frozen_arrays import cached, restored
 from .frames import CommonNormal, Layout, common_normal, layout_by_case, normal_of_unmodified
 
 
@@ -338,13 +338,13 @@ def _mounting(design: Design) -> Mounting:
     )
 
 
-@kept(64)
-def _kept_mounting(pinion: Member, gear: Member, pair: Pair) -> Mounting:
+@cached(64)
+def _cached_mounting(pinion: Member, gear: Member, pair: Pair) -> Mounting:
     # Designs that differ in their modifications share the mounting of the unmodified one.
     plain = Design(pinion, gear, pair).unmodified()
     if plain.members == (pinion, gear):
         return _mounting(plain)
-    return _kept_mounting(*plain.members, pair)
+    return _cached_mounting(*plain.members, pair)
 
 
 def mounting_of(design: Design) -> Mounting:
@@ -361,4 +361,4 @@ def mounting_of(design: Design) -> Mounting:
     """
     if design.batch_shape and (design := design.bare()).batch_shape:
         return _mounting(design)
-    return _kept_mounting(design.pinion, design.gear, design.pair)
+    return _cached_mounting(design.pinion, design.gear, design.pair)

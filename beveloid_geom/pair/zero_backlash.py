@@ -41,7 +41,7 @@ from ..design.member import Member
 from ..design.model import Design
 from ..gear.rack import rack_of
 from ..support.array_repr import short_repr
-from ..support.frozen_arrays import kept
+from ..support.frozen_arrays import cached
 from .frames import layout_of
 from .mounting import mounting_of, normal_of_flanks
 
@@ -346,11 +346,11 @@ def layout_deviation(design: Design) -> LayoutDeviation:
     0.0416 mm, 229.0751 mm
     """
     require_single(design)
-    return _kept_deviation(design.bare())
+    return _cached_deviation(design.bare())
 
 
-@kept(16)
-def _kept_deviation(design: Design) -> LayoutDeviation:
+@cached(16)
+def _cached_deviation(design: Design) -> LayoutDeviation:
     """Return `layout_deviation` for a design without errors and modifications, on which the result does not
     depend."""
     mounting = mounting_of(design)

@@ -98,17 +98,17 @@ def candidates_of(request: Request) -> FloatArray:
         Values of the pairs, within the limits of the request or not.
     """
     if not request.least_cones:
-        return _found(request, unknown_of(request))
+        return _solved_pairs(request, unknown_of(request))
     # Least cones: try cylindrical gears first.
     cylindrical = replace(request, least_cones=False, cone_angles=(0.0, 0.0))
     if request.offset != 0.0:
-        pairs = _found(cylindrical, unknown_of(cylindrical))
+        pairs = _solved_pairs(cylindrical, unknown_of(cylindrical))
         if request.offset is None or request.shaft_angle == 0.0 or within(request, pairs).any():
             return pairs
-    return _found(request, unknown_of(request, cone_ratio_given=True), cone_ratio_given=True)
+    return _solved_pairs(request, unknown_of(request, cone_ratio_given=True), cone_ratio_given=True)
 
 
-def others_found(request: Request) -> FloatArray:
+def other_pairs(request: Request) -> FloatArray:
     """Return pairs that meet the requirements without rounded quantities.
 
     If few of them are within the limits, the search is repeated around the pairs that are nearest to the
@@ -117,7 +117,7 @@ def others_found(request: Request) -> FloatArray:
     repetitions = 3
     if unknown_of(request) is None:
         return np.empty((7, 0))
-    return _found(request, (Variable.PRESSURE, *free_of(request)), rounds=repetitions)
+    return _solved_pairs(request, (Variable.PRESSURE, *free_of(request)), rounds=repetitions)
 
 
 def found_for_each(requests: Sequence[Request]) -> tuple[FloatArray, NDArray[np.intp]]:
@@ -159,7 +159,7 @@ def _clipped(request: Request, values: FloatArray) -> FloatArray:
     return clipped
 
 
-def _found(
+def _solved_pairs(
     request: Request, unknown: tuple[int, ...] | None, cone_ratio_given: bool = False, rounds: int = 0
 ) -> FloatArray:
     """Return the solutions for a request by changing the `unknown` quantities.

@@ -26,7 +26,7 @@ from .candidates import (
     candidates_of,
     found_for_each,
     given_of,
-    others_found,
+    other_pairs,
     unknown_of,
     variable_limits,
     within,
@@ -115,7 +115,7 @@ def propose(request: Request, most: int = 3) -> tuple[Proposal, ...]:
     first = _chosen(request, candidates, most)
     if first.proposals:
         return first.proposals
-    others = others_found(request)
+    others = other_pairs(request)
     second = _chosen(request, others, most)
     if second.proposals:
         return second.proposals

@@ -267,7 +267,7 @@ def _jam_words(study: ToleranceStudy) -> str:
     return f"{text}; not known in {unknown}" if counts["backlash_unknown"] else text
 
 
-def size_words(tolerances: Tolerances) -> str:
+def tolerance_words(tolerances: Tolerances) -> str:
     """Return the sizes of tolerances, in mm and deg."""
     sizes = dict(zip(tolerances.names, tolerances.values().tolist(), strict=True))
     return ", ".join(
@@ -278,7 +278,7 @@ def size_words(tolerances: Tolerances) -> str:
 
 def _tolerance_words(study: ToleranceStudy) -> str:
     """Return sizes and distribution of the tolerances of a study."""
-    tolerances, words = study.tolerances, size_words(study.tolerances)
+    tolerances, words = study.tolerances, tolerance_words(study.tolerances)
     spread = f", each tolerance is {tolerances.sigmas:g} sigma" if tolerances.distribution == "normal" else ""
     return f"{words}; {tolerances.distribution} distribution{spread}"
 

@@ -39,8 +39,6 @@ from .sheet import Place, Sheet, SheetGrid, grid_of
 
 MAX_ASPECT_RATIO = 20.0
 """Largest ratio of the sides of a cell. The triangles of the most oblique cells then have angles of 2 deg."""
-MIN_LAND_MODULES = 0.02
-"""Half a bottom land that is narrower includes the start of the fillet, for triangles of good shape."""
 
 
 def require_tolerance(tolerance: float) -> None:
@@ -68,9 +66,11 @@ def _straight_sheet(member: Member, place: Place, ends: tuple[float, float]) -> 
 def _bottom_ends(member: Member, flank: str) -> tuple[float, float, float]:
     """Return the width (mm) of half the bottom land in the tool, the length (mm) of the tip round that is
     added to a narrow land, and the profile parameter (rad, see `fillet_sheet`) at the end of this part."""
+    # Half a bottom land that is narrower includes the start of the fillet, for triangles of good shape.
+    min_land_modules = 0.02
     rounding, module = tool_round(member.tool, flank), float(member.tool.normal_module)
     width = 0.5 * np.pi * module - abs(rounding.centre[1])
-    added = max(MIN_LAND_MODULES * module - width, 0.0)
+    added = max(min_land_modules * module - width, 0.0)
     turn = 0.25 * (0.5 * np.pi - rounding.angle)
     if added > 0.0 and rounding.radius * turn > added:
         turn = added / rounding.radius

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from ..arrays import FloatArray, Mask
-from .frozen_arrays import kept
+from .frozen_arrays import cached
 from .products import product
 
 RELATIVE_NOISE = 2e-14
@@ -36,7 +36,7 @@ class Basis:
         return product(values, self.fit)
 
 
-@kept(32)
+@cached(32)
 def basis_of(degree: int) -> Basis:
     """Return the basis of an even degree, whose middle node is 0.
 
@@ -50,7 +50,7 @@ def basis_of(degree: int) -> Basis:
     return Basis(nodes, fit)
 
 
-@kept(32)
+@cached(32)
 def _derivation(size: int) -> FloatArray:
     """Return the matrix (size, size) from coefficients to those of the derivative."""
     matrix = np.zeros((size, size))

@@ -57,7 +57,7 @@ def restored(made: object, state: dict[str, Any]) -> None:
     vars(made).update(read_only(state))
 
 
-def kept(most: int) -> Callable[[Callable[P, T]], _lru_cache_wrapper[T]]:
+def cached(most: int) -> Callable[[Callable[P, T]], _lru_cache_wrapper[T]]:
     """Return a decorator that caches the last results of a function of hashable arguments.
 
     Parameters

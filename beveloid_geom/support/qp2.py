@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import FloatArray, Integers, Mask
-from .frozen_arrays import kept
+from .frozen_arrays import cached
 
 USUAL_CONSTRAINTS = 2
 """Number of constraints, apart from the sides of the box, that are tested first. More of them rarely
@@ -126,7 +126,7 @@ def _boundary_minimum(
     return np.array((x[best, each], y[best, each])), codes[:, best], np.asarray(inside[best, each])
 
 
-@kept(16)
+@cached(16)
 def _candidates(lines: int) -> tuple[Integers, Integers]:
     """Return the pairs (2, m) of a number of lines, and the lines (2, lines + m) of each candidate.
 

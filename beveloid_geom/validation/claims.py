@@ -109,8 +109,8 @@ def turns_over(row: FloatArray) -> bool:
     """Return whether an angle grows to 90 deg and then falls with the opposite sign, in one sense of
     rotation."""
     turned = unwrapped(row)
-    one_way = grows(turned) or grows(-turned)
-    return one_way and bool(row[0] * row[-1] < 0.0 and abs(turned[-1]) > 90.0)
+    monotone = grows(turned) or grows(-turned)
+    return monotone and bool(row[0] * row[-1] < 0.0 and abs(turned[-1]) > 90.0)
 
 
 def shorter_first(row: FloatArray) -> bool:

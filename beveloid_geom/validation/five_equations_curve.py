@@ -110,7 +110,7 @@ class FiveEquations:
         """Return the derivatives (5, 6) of the residual by the scaled unknowns, exact to rounding."""
         return _slopes(lambda steps: self.residual(steps, components), scaled)
 
-    def kept(self, scaled: FloatArray) -> Integers:
+    def compared(self, scaled: FloatArray) -> Integers:
         """Return the two components of the normals to compare: all but the largest, which is the least
         sensitive."""
         return np.sort(np.argsort(np.abs(self.at(scaled * self.scale).normal[0]))[:2])
@@ -118,7 +118,7 @@ class FiveEquations:
     def tangent(self, scaled: FloatArray, along: FloatArray | None = None) -> FloatArray | None:
         """Return the unit tangent (6,) of the curve of contacts, in the sense of `along`; None if the flanks
         have none."""
-        slopes = self.jacobian(scaled, self.kept(scaled))
+        slopes = self.jacobian(scaled, self.compared(scaled))
         if not np.isfinite(slopes).all():
             return None
         tangent = np.linalg.svd(slopes)[2][-1]
@@ -137,7 +137,7 @@ class FiveEquations:
         self, start: FloatArray, sixth: Callable[[Numbers], Numbers], xtol: float
     ) -> FloatArray | None:
         """Return the zero of the five equations and a sixth one, of unknowns (..., 6), real or complex."""
-        components = self.kept(start)
+        components = self.compared(start)
 
         def six(scaled: Numbers) -> Numbers:
             return np.concatenate((self.residual(scaled, components), sixth(scaled)[..., None]), axis=-1)

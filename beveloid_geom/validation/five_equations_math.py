@@ -40,7 +40,7 @@ class ReferenceContacts:
     converged: Mask  # reported by fsolve, or with a residual below RESIDUAL_LIMIT
 
 
-def flank_surface(member: Member, flank: str) -> Surface:
+def flank_function(member: Member, flank: str) -> Surface:
     """Return Eqs. 1-6 and 12 as a function (l, u, roll) -> (x, y, z, n_x, n_y, n_z), with z from mid-face."""
     sigma = FLANK_SIGN[flank]
     tool, m_n = member.tool, float(member.tool.normal_module)
@@ -93,7 +93,7 @@ def five_residuals(
     """Return the residuals of Eqs. 7-15 as a function of (l1, u1, l2, u2, phi2) and phi1."""
     require_unmodified(flank, "the five equations", pinion=design.pinion, gear=design.gear)
     errors = design.errors
-    surface1, surface2 = flank_surface(design.pinion, flank), flank_surface(design.gear, flank)
+    surface1, surface2 = flank_function(design.pinion, flank), flank_function(design.gear, flank)
     height1 = float(mounting[0]) + float(errors.pinion_axial)
     height2 = float(mounting[1]) + float(errors.gear_axial)
     offset = float(design.pair.offset) + float(errors.offset)
@@ -158,7 +158,7 @@ def solve_math(
         At the first roll whose residual exceeds `residual_limit`.
     """
     residuals = five_residuals(design, flank, mounting)
-    surface1 = flank_surface(design.pinion, flank)
+    surface1 = flank_function(design.pinion, flank)
     height1 = float(mounting[0]) + float(design.errors.pinion_axial)
     rolls = np.asarray(phi1, dtype=np.float64)
     table, converged = np.empty((rolls.size, 12)), np.empty(rolls.size, dtype=bool)

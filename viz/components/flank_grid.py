@@ -156,10 +156,11 @@ def draw_grid(
     around = sum(heading + under + 2.0 * LABEL_IN for _, heading, under in rows)
     page_width, page_height = page.canvas.get_width_height()
     width = (0.99 - LEFT_MARGIN_FRACTION) / CELLS.columns(page.layout, grid.columns)
-    room, flanks = (high - low - theme.inches(page, around)) * page_height, sum(span[1] for span in spans)
+    height_px = (high - low - theme.inches(page, around)) * page_height
+    flanks = sum(span[1] for span in spans)
     widest = greatest_span(chain(*views))[0]
-    px_per_mm = float(min(room / flanks, grid.share * width * page_width / widest))
-    spare = (room - px_per_mm * flanks) / len(rows) / page_height
+    px_per_mm = float(min(height_px / flanks, grid.share * width * page_width / widest))
+    spare = (height_px - px_per_mm * flanks) / len(rows) / page_height
     scale_bars(page, px_per_mm, grid.stretch, looks_of(chain(*views)))
     pictures: dict[str, Picture] = {}
     top = high

@@ -23,7 +23,7 @@ from beveloid_geom.gear.flank_limits import tip_parameter
 from beveloid_geom.operation.contact_pattern.pattern import MemberPattern
 from beveloid_geom.report.operation import OperationReport
 from beveloid_geom.status import FirstStatus
-from beveloid_geom.support.frozen_arrays import kept
+from beveloid_geom.support.frozen_arrays import cached
 
 from ..rendering import theme
 from .annotate import PATH_ARROW
@@ -64,7 +64,7 @@ class FlatFlank:
         return np.asarray(np.ptp(self.outline, axis=0))
 
 
-@kept(8)
+@cached(8)
 def flat_flank(member: Member, flank: str) -> FlatFlank | None:
     """Return the projected flank; None if the flank does not reach its tip."""
     view = flank_view(member, flank)

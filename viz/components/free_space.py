@@ -141,8 +141,8 @@ class Labels:
     def _free(self, box: Bbox) -> bool:
         """Return True if a box, pixels, is within the axes and clear of all labels, markers and curves."""
         curve_gap_pt, marker_gap_pt = 1.5, 3.0
-        room, point = self.axes.get_window_extent(), self.axes.figure.dpi / 72.0
-        if box.x0 < room.x0 or box.x1 > room.x1 or box.y0 < room.y0 or box.y1 > room.y1:
+        frame, point = self.axes.get_window_extent(), self.axes.figure.dpi / 72.0
+        if box.x0 < frame.x0 or box.x1 > frame.x1 or box.y0 < frame.y0 or box.y1 > frame.y1:
             return False
         if any(box.overlaps(other) for other in self.taken):
             return False

@@ -309,8 +309,8 @@ def show_items(
 def shared_scale(page: Page, views: Sequence[FlankView | None], width: float, height: float) -> float:
     """Return the scale, pixels per mm, at which every flank and its text fit into a box of width and height,
     as fractions of the page; also draw the scale bars."""
-    room = theme.place(page, 0.0, 0.0, width, height - theme.inches(page, 2.0 * LABEL_IN))
-    px_per_mm = float(min(room.size / greatest_span(views)))
+    box = theme.place(page, 0.0, 0.0, width, height - theme.inches(page, 2.0 * LABEL_IN))
+    px_per_mm = float(min(box.size / greatest_span(views)))
     stretch = next((view.stretch for view in views if view), FACE_STRETCH)
     scale_bars(page, px_per_mm, stretch, looks_of(views))
     return px_per_mm

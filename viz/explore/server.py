@@ -25,7 +25,6 @@ from .session import Session
 from .values import Start
 
 HOST = "127.0.0.1"
-MAX_MESSAGE_BYTES = 100_000
 FILES = {
     "": ("explore", "page.html", "text/html"),
     "page.css": ("report", "page.css", "text/css"),
@@ -143,7 +142,7 @@ class Server:
 
     async def _serve_window(self, request: web.Request) -> web.WebSocketResponse:
         """Answer one window until it is closed."""
-        window = web.WebSocketResponse(max_msg_size=MAX_MESSAGE_BYTES, heartbeat=30.0, compress=False)
+        window = web.WebSocketResponse(max_msg_size=100_000, heartbeat=30.0, compress=False)
         await window.prepare(request)
         answers: asyncio.Queue[str] = asyncio.Queue()
         loop = asyncio.get_running_loop()

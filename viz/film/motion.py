@@ -141,8 +141,8 @@ def _lines_of_contact(solved: SolvedPath, rolls: FloatArray) -> tuple[FloatArray
     order = np.argsort(path.pinion_roll)
     l1 = np.interp(rolls, path.pinion_roll[order], path.l1[order], np.nan, np.nan)
     inside = np.isfinite(l1)
-    found = contact_lines(path_of_contact(design, path.flank, l1=l1[inside]))
-    ends = (found.l1, found.pinion_z), (found.l2, found.gear_z)
+    on_path = contact_lines(path_of_contact(design, path.flank, l1=l1[inside]))
+    ends = (on_path.l1, on_path.pinion_z), (on_path.l2, on_path.gear_z)
     for number, (l, z) in enumerate(ends):
         lines[number][inside] = flank_point(design.members[number], path.flank, l, z=z)
     return lines[0], lines[1]

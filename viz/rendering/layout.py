@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
 PAPER_INCHES_PER_INCH = 8.0 / 13.0
 """Inches of paper per inch of the layout in print."""
-WIDE_PAGE_IN = 9.0
-"""Width of a page above which two panels fit side by side, inches."""
 MAX_HEIGHT_IN = 9.28
 """Largest height of a figure in print, inches, so that the page with title and note fits on a journal
 page."""
@@ -51,7 +49,8 @@ class PageLayout:
     @property
     def wide(self) -> bool:
         """True if two panels fit side by side; otherwise they are placed one above the other."""
-        return self.width > WIDE_PAGE_IN
+        least_width_in = 9.0
+        return self.width > least_width_in
 
     @property
     def scale(self) -> float:
@@ -101,8 +100,8 @@ class PanelRows:
     def columns(self, layout: PageLayout, count: int) -> int:
         """Return the number of columns for `count` panels: the smallest number that does not need more rows
         than the largest number of columns that fits."""
-        room = layout.width - self.left - self.right + self.across
-        most = max(1, min(self.most, count, int(room / (self.least + self.across) + 1e-9)))
+        width = layout.width - self.left - self.right + self.across
+        most = max(1, min(self.most, count, int(width / (self.least + self.across) + 1e-9)))
         return -(-count // -(-count // most))
 
     def width(self, layout: PageLayout, count: int) -> float:

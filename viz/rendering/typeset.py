@@ -62,9 +62,9 @@ def _hidden(axes: Axes) -> list[Text]:
     hidden = []
     for axis in (axes.xaxis, axes.yaxis):
         low, high = sorted(axis.get_view_interval())
-        room = 1e-9 * (high - low)
+        tolerance = 1e-9 * (high - low)
         for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks()):
-            if not low - room <= tick.get_loc() <= high + room or not tick.get_visible():
+            if not low - tolerance <= tick.get_loc() <= high + tolerance or not tick.get_visible():
                 hidden += [tick.label1, tick.label2]
         if not axis.get_visible():
             hidden += axis.findobj(Text)
@@ -156,7 +156,7 @@ def _is_free(text: Text) -> bool:
     return isinstance(text, Annotation) and text.anncoords == "offset points"
 
 
-def _pushes(boxes: FloatArray, free: BoolArray, room: float) -> FloatArray:
+def _pushes(boxes: FloatArray, free: BoolArray, space: float) -> FloatArray:
     """Return the displacements (n, 2), pixels, that separate movable boxes from all others.
 
     Parameters
@@ -165,10 +165,10 @@ def _pushes(boxes: FloatArray, free: BoolArray, room: float) -> FloatArray:
         Left, bottom, right and top, pixels.
     free : ndarray of bool, shape (n,)
         Boxes that may be moved.
-    room : float
+    space : float
         Space around each box, pixels.
     """
-    low, high = boxes[:, :2] - room, boxes[:, 2:] + room
+    low, high = boxes[:, :2] - space, boxes[:, 2:] + space
     over = np.minimum(high[:, None], high) - np.maximum(low[:, None], low)  # (n, n, 2)
     touching = (over > 0.0).all(axis=-1) & (free[:, None] | free) & ~np.eye(len(boxes), dtype=bool)
     side = np.sign((low + high)[:, None] - (low + high))
@@ -209,7 +209,7 @@ def _surround(page: Page) -> None:
     _resize(page, round(bottom - body.y0), float(np.ceil(top)))
     for artists, y in ((over, page.get_figheight() * dpi - edge), (under, bottom - gap)):
         for artist in artists:
-            _stand(page, artist, margin_in / page.layout.width, y)
+            _move_to(page, artist, margin_in / page.layout.width, y)
             y -= heights[artist]
 
 
@@ -243,7 +243,7 @@ def _legend(page: Page, entries: theme.Entries, width: float) -> Legend:
         columns -= 1
 
 
-def _stand(page: Page, artist: Any, x: float, y: float) -> None:
+def _move_to(page: Page, artist: Any, x: float, y: float) -> None:
     """Move the upper left corner of text or a legend to x, a fraction of the width, and y, pixels."""
     place = x, y / (page.get_figheight() * page.dpi)
     if isinstance(artist, Text):

@@ -129,8 +129,8 @@ def _scales(flats: list[FlatFlank], largest_height_px: float) -> dict[FlatFlank,
     """Return pixels per mm of each flank: equal, unless one flank would be too small."""
     # Ratio of sizes above which a flank has a separate scale.
     small_by = 2.0
-    room = np.array([WIDTH_PX - 2.0 * SIDE_PX, largest_height_px])
-    fitting = np.array([(room / one.span).min() for one in flats])
+    size_px = np.array([WIDTH_PX - 2.0 * SIDE_PX, largest_height_px])
+    fitting = np.array([(size_px / one.span).min() for one in flats])
     return dict(
         zip(flats, np.where(fitting > small_by * fitting.min(), fitting, fitting.min()).tolist(), strict=True)
     )

@@ -175,7 +175,7 @@ class PageData:
         return next((one.level for one in self.remarks if one.level != NOTE), NOTE)
 
 
-def plain(data: Any) -> Any:
+def as_json(data: Any) -> Any:
     """Return data as in JSON: without arrays, NaN and enumerations."""
     return json.loads(json_text(data))
 
@@ -212,7 +212,7 @@ def compute(
     ValueError
         If given tolerances do not suit the design.
     """
-    numbers: dict[str, Any] = {"design": plain(asdict(design))}
+    numbers: dict[str, Any] = {"design": as_json(asdict(design))}
     for name_of, member in (("pinion", design.pinion), ("gear", design.gear)):
         coefficients = {f"parabola_{flank}": float(member.tool.parabola_of(flank)) for flank in FLANKS}
         numbers["design"][name_of]["tool"] |= coefficients
@@ -221,17 +221,17 @@ def compute(
         studied = study if executor is None else thread.submit(study).result
         progress("check")
         checked = check_report(name, design)
-        numbers["check"] = plain(checked.data())
-        numbers["gear_data"] = plain(gear_data_report(name, design).data())
+        numbers["check"] = as_json(checked.data())
+        numbers["gear_data"] = as_json(gear_data_report(name, design).data())
         sections = {flank: _sections(name, design, flank, settings, progress) for flank in FLANKS}
         matrices = _matrices(name, design, settings, progress)
         progress("ease-off")
         eased = ease_off_report(name, design, (21, 31))  # grid for the contour lines
-        numbers["ease_off"] = plain(ease_off_report(name, design, EASE_OFF_GRID).data())
+        numbers["ease_off"] = as_json(ease_off_report(name, design, EASE_OFF_GRID).data())
         progress("statements")
         if is_table1(design):
             judged = [one for flank in FLANKS for one in paper_statements(design, flank)]
-            numbers["statements"] = plain(StatementsReport(name, design, judged).data())
+            numbers["statements"] = as_json(StatementsReport(name, design, judged).data())
         tolerances = studied()
     for flank, results in sections.items():
         results |= {"tolerance": tolerances[flank], "matrix": matrices[flank]}
@@ -286,11 +286,11 @@ def _cycle_remarks(results: FlankResults) -> tuple[Remark, ...]:
 
 
 def _missing(name: str, flank: str, reason: str) -> Section:
-    return None, plain({"design": name, "flank": flank, "reason": reason}), reason
+    return None, as_json({"design": name, "flank": flank, "reason": reason}), reason
 
 
 def _reported(report: ContactReport | OperationReport | SlidingReport | SensitivityReport) -> Section:
-    return report, plain(report.data()), report.reason
+    return report, as_json(report.data()), report.reason
 
 
 def _operation(name: str, design: Design, flank: str, *_: object) -> Section:
@@ -326,7 +326,7 @@ def _tolerances(
 
 def _studied(name: str, design: Design, study: ToleranceStudy) -> Section:
     none = None if study.mountings.solved.any() else f"no mounting has a path on the {study.flank} flanks"
-    return study, plain(ToleranceReport(name, design, study).data()), none
+    return study, as_json(ToleranceReport(name, design, study).data()), none
 
 
 def _matrices(name: str, design: Design, settings: ReportSettings, progress: Progress) -> dict[str, Section]:
@@ -346,7 +346,7 @@ def _matrices(name: str, design: Design, settings: ReportSettings, progress: Pro
             results[flank] = _missing(name, flank, getattr(error, "reason", str(error)))
             continue
         report = PatternMatrixReport(name, last.design, last)
-        results[flank] = last, plain(report.data()), report.reason
+        results[flank] = last, as_json(report.data()), report.reason
     return results
 
 
@@ -354,7 +354,7 @@ def _hertz(name: str, design: Design, flank: str, settings: ReportSettings, *_: 
     if reason := reason_of(path_of_contact(design, flank, 2)):
         return _missing(name, flank, reason)
     report = contact_report(name, design, flank, POSITIONS, certified=False, load=settings.load)
-    return report, plain(report.data()["hertz"]), None
+    return report, as_json(report.data()["hertz"]), None
 
 
 def _pattern(name: str, design: Design, flank: str, *_: object) -> Section:
@@ -362,7 +362,7 @@ def _pattern(name: str, design: Design, flank: str, *_: object) -> Section:
         report = pattern_report(name, design, flank, MARKING_SEPARATION_MM)
     except ValueError as error:
         return _missing(name, flank, getattr(error, "reason", str(error)))
-    return report, plain(report.data()), None
+    return report, as_json(report.data()), None
 
 
 SECTIONS: dict[str, Callable[[str, Design, str, ReportSettings], Section]] = {

@@ -162,8 +162,8 @@ class _AmountSearch:
         starts = x[:, self._order(self.at(x))[:starts_count]]
         x = np.hstack((starts, *(self._refined(start)[:, None] for start in starts.T)))
         # The given amounts are the first candidate, so that they are the result unless others are better.
-        given, found = self._given(), self.amounts(x)
-        candidates = {name: np.append(one, found[name]) for one, name in zip(given, self.names, strict=True)}
+        given, trials = self._given(), self.amounts(x)
+        candidates = {name: np.append(one, trials[name]) for one, name in zip(given, self.names, strict=True)}
         objectives = self._objectives(candidates).without_leads(given.shape[1])
         order = self._order(objectives)
         met = self._violation(objectives) <= CONSTRAINT_TOLERANCE

@@ -84,7 +84,7 @@ def chains_of(pairing: FlankPair, box: Box) -> Chains:
     even = (steps[0][:, :, 1:] == steps[0][:, :, :-1]) | (steps[1][:, 1:] == steps[1][:, :-1])
     good = box.clear & (~left | (even & (turns != 4))).all(axis=(1, 2))
     # Include neighbours that the curve enters through a corner.
-    left = left | (_beside(left, cut) & even & (turns == 2))
+    left = left | (_entered_neighbours(left, cut) & even & (turns == 2))
     # Solve the points between cells; the cells left must have exactly two ends, and all points be solved.
     case, before, after, l, side = _crossings(box, left, cut, good)
     part, units = pairing.cases(case), units_of(pairing)
@@ -151,7 +151,7 @@ def _margins(pairing: FlankPair, y: FloatArray) -> FloatArray:
     return np.asarray(relative_margins(pairing, y[:2], meet_on_curve(pairing, y)[1])[..., 0].T)
 
 
-def _beside(left: Mask, cut: tuple[Mask, Mask]) -> Mask:
+def _entered_neighbours(left: Mask, cut: tuple[Mask, Mask]) -> Mask:
     """Return cells that a curve enters from the remaining cells. Where the curve only cuts the corner of a
     cell, the bounds may have excluded this cell.
     """
@@ -335,10 +335,10 @@ def _share(points: FloatArray) -> FloatArray:
     length = np.linalg.norm(sides, axis=-1)
     # Curve parameter: length plus rotation, so that bends get more nodes.
     turns = np.linalg.norm(np.diff(sides / length[:, None], axis=0), axis=-1)
-    room = length / LONGEST_STEP
-    room[1:] += 0.5 * turns / turn_scale_rad
-    room[:-1] += 0.5 * turns / turn_scale_rad
-    position = np.concatenate(([0.0], np.cumsum(room)))
+    parameter_steps = length / LONGEST_STEP
+    parameter_steps[1:] += 0.5 * turns / turn_scale_rad
+    parameter_steps[:-1] += 0.5 * turns / turn_scale_rad
+    position = np.concatenate(([0.0], np.cumsum(parameter_steps)))
     return np.asarray(2.0 * position / position[-1] - 1.0)
 
 

@@ -186,8 +186,8 @@ def carrying_length(path: ContactPath, lines: ContactLines) -> FloatArray:
     # its own line, as if this pair touched alone.
     generated = _generated_path(path)
     every, touches = _lines_of_all_pairs(generated)
-    rest = without_reliefs(path.design, path.flank, _ends_of(every))
-    total = _total_length(np.nan_to_num(rest.length), touches)
+    unrelieved = without_reliefs(path.design, path.flank, _ends_of(every))
+    total = _total_length(np.nan_to_num(unrelieved.length), touches)
     return np.where(_unrelieved(path, generated), total, lines.length)
 
 
@@ -270,15 +270,15 @@ def _modified_lines(path: ContactPath) -> ContactLines:
     contact = {name: getattr(path, name)[..., None] for name in LINEAR[:-1]}
     contact |= {"point": path.point[..., None, :], "limit": np.full((*path.l1.shape, 1), np.int8(-1))}
     across = without_reliefs(design, flank, across_the_face(pairing, LineEnds(**contact)), profile=False)
-    rest = without_reliefs(design, flank, _ends_of(lines))
+    unrelieved = without_reliefs(design, flank, _ends_of(lines))
     touches = is_line_contact(design, flank)[..., None] & (path.status == Status.SOLVED)
     fits = _unrelieved(path, generated)
     values: dict[str, Any] = {}
     for name in (*LINEAR, "limit"):
-        own, shared = getattr(across, name), getattr(rest, name)
-        axes = (..., *(None,) * (own.ndim - touches.ndim))
+        spurs, others = getattr(across, name), getattr(unrelieved, name)
+        axes = (..., *(None,) * (spurs.ndim - touches.ndim))
         none = np.int8(-1) if name == "limit" else np.nan
-        values[name] = np.where((touches & spur)[axes], own, np.where((touches & fits)[axes], shared, none))
+        values[name] = np.where((touches & spur)[axes], spurs, np.where((touches & fits)[axes], others, none))
     x, y = values["point"][..., 0], values["point"][..., 1]
     offset = np.asarray(pairing.layout.offset).reshape(*design.batch_shape, 1, 1)
     return replace(

@@ -101,5 +101,5 @@ def window_over_faces(pairing: FlankPair, y: FloatArray) -> FloatArray:
     rate = ends[1] - ends[0]
     reached = np.sort([(sense * pairing.half_width - ends[0]) / rate for sense in (-1.0, 1.0)], axis=0)
     low, high = reached[0].max(axis=0), reached[1].min(axis=0)
-    room = face_margin * (high - low)
-    return np.where(high > low, y[4] + np.array((low - room, high + room)), np.nan)
+    widening = face_margin * (high - low)
+    return np.where(high > low, y[4] + np.array((low - widening, high + widening)), np.nan)

@@ -18,7 +18,7 @@ from ...gear.crossing_curve import START
 from ...gear.rack import rack_point, rack_tangent
 from ...status import Limit
 from .paths import SurfacePaths
-from .tangency import contacts_at, cross, normals_of, turned
+from .tangency import contacts_at, cross, normals_of, turned_about_gear
 
 L, U, Z, R, ROLLS, PHASE, COUNT = 0, 2, 4, 6, 8, 10, 11
 """Rows of the quantities: l, u, z and r (mm) and rolls (rad) of both members, and the phase (rad): gear
@@ -86,7 +86,7 @@ def error_rates(path: SurfacePaths, cases: Integers, state: FloatArray, sense: F
     (x, y), (px, py) = met.point[:2], gear_jet.plane[0]
     (sx, sy), (zx, zy) = gear_jet.plane[1:3]
     square = x * x + y * y
-    own_s, own_z = px * sx + py * sy, px * zx + py * zy
+    plane_s, plane_z = px * sx + py * sy, px * zx + py * zy
     turn_s, turn_z = (px * sy - py * sx) / square, (px * zy - py * zx) / square
     # Derivatives of P, P_s and P_z by the errors (3, 4, n), and of z2.
     moved = np.zeros((3, 3, ERRORS, count))
@@ -96,18 +96,18 @@ def error_rates(path: SurfacePaths, cases: Integers, state: FloatArray, sense: F
     high = moved[0, 2].copy()
     high[3] -= 1.0
     # The touched point of the gear, its normal and its roll.
-    follow = (x * moved[0, 0] + y * moved[0, 1] - own_z * high) / own_s
+    follow = (x * moved[0, 0] + y * moved[0, 1] - plane_z * high) / plane_s
     spin = (x * moved[0, 1] - y * moved[0, 0]) / square - turn_z * high
-    normal, by_s, by_z = turned(normals_of(gear_jet), met.turn).swapaxes(0, 1)
+    normal, by_s, by_z = turned_about_gear(normals_of(gear_jet), met.turn).swapaxes(0, 1)
     side = np.array((-normal[1], normal[0], np.zeros(count)))
     first = met.moves[:, :2]
     change = by_z[:, None] * high + side[:, None] * spin
-    own_change = (first * (by_s - side * turn_s)[:, None]).sum(axis=0)
+    plane_change = (first * (by_s - side * turn_s)[:, None]).sum(axis=0)
     equations = np.stack(
         [
             (change * first[:, k, None]).sum(axis=0)
             + (normal[:, None] * moved[1 + k]).sum(axis=0)
-            + own_change[k] * follow
+            + plane_change[k] * follow
             for k in (0, 1)
         ]
     )

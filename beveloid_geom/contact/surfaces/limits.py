@@ -58,8 +58,11 @@ def margins_at(problem: Problem, met: Contacts) -> tuple[FloatArray, FloatArray]
     zero, one = np.zeros_like(z[0]), np.ones_like(z[0])
     s_by = np.array((one, zero, zero)), met.follow[1:]
     z_by = np.array((zero, one, zero)), met.moves[2]
-    own_by = (pinion_plane[0] * pinion_plane[1:3]).sum(axis=1) / radii[0]
-    r_by = np.array((*own_by, zero)), (gear_point[0] * met.moves[0] + gear_point[1] * met.moves[1]) / radii[1]
+    pinion_r_by = (pinion_plane[0] * pinion_plane[1:3]).sum(axis=1) / radii[0]
+    r_by = (
+        np.array((*pinion_r_by, zero)),
+        (gear_point[0] * met.moves[0] + gear_point[1] * met.moves[1]) / radii[1],
+    )
     values, rates = np.empty((8, s[0].size)), np.empty((8, 3, s[0].size))
     for j, edge in enumerate(problem.edges):
         root, tip, toe, heel = (limit + j for limit in range(0, len(Limit), 2))

@@ -19,7 +19,7 @@ from ...arrays import Codes, FloatArray, Integers, Mask
 from ...design.model import Design
 from ...gear.rack import Rack, rack_of, rack_point
 from ...status import Status
-from ...support.frozen_arrays import kept
+from ...support.frozen_arrays import cached
 from ..ends import Ends, no_ends
 from ..flank_pair import generated_pairing
 from ..path_polynomial import NORMAL, PHASE, POINT, ROLL, ROW_COUNT
@@ -116,12 +116,12 @@ def _traced_inside(problem: Problem, curve: Curve) -> dict[int, Segment]:
     finds the longest one."""
     if problem.surfaces.measured:
         return {}
-    room = np.nan_to_num(curve.value[MARGINS].min(axis=0), nan=-np.inf)
-    cases = np.flatnonzero(room.max(axis=-1) > 0.0)
+    margin = np.nan_to_num(curve.value[MARGINS].min(axis=0), nan=-np.inf)
+    cases = np.flatnonzero(margin.max(axis=-1) > 0.0)
     if not cases.size:
         return {}
     part = problem.cases(cases)
-    along, complete = traced(part, curve.value[STATE][:, cases, room[cases].argmax(axis=-1)])
+    along, complete = traced(part, curve.value[STATE][:, cases, margin[cases].argmax(axis=-1)])
     segment, decided = segments_of(part, along)
     decided &= complete & (segment.status == Status.SOLVED)
     return {int(cases[k]): _picked(segment, np.array([k])) for k in np.flatnonzero(decided)}
@@ -205,7 +205,7 @@ def surface_paths(design: Design, flank: str, undercut: bool = True) -> list[Sur
     undercut : bool
         Whether undercut limits the flanks.
     """
-    find = _surface_paths if design.batch_shape else _kept_paths
+    find = _surface_paths if design.batch_shape else _cached_paths
     return find(design, flank, undercut)
 
 
@@ -218,7 +218,7 @@ def _surface_paths(design: Design, flank: str, undercut: bool) -> list[SurfacePa
     return result
 
 
-_kept_paths = kept(16)(_surface_paths)
+_cached_paths = cached(16)(_surface_paths)
 
 
 def surface_ends(paths: list[SurfacePaths], count: int) -> Ends:

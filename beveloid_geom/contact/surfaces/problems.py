@@ -28,7 +28,7 @@ from ...design.modification import Modification
 from ...gear.tooth_side import flank_surface, is_batch, surface_of
 from ...pair.frames import layout_by_case
 from ...pair.mounting import mounting_of
-from ...support.frozen_arrays import kept
+from ...support.frozen_arrays import cached
 from ..flank_pair import FlankPair, generated_pairing, is_modified
 from ..parallel.modified_lines import has_reliefs_only
 from ..parallel.paths import along_lines
@@ -70,7 +70,7 @@ def with_line_crowning(design: Design, flank: str) -> tuple[Design, bool]:
         return design, False
     if not layout_by_case(design).parallel.all():
         return design, False
-    lines = _are_lines(design, flank) if design.batch_shape else _kept_are_lines(design, flank)
+    lines = _are_lines(design, flank) if design.batch_shape else _cached_are_lines(design, flank)
     return _with_crowning(design, flank) if lines else design, lines
 
 
@@ -82,7 +82,7 @@ def _are_lines(design: Design, flank: str) -> bool:
         return _touches_in_areas(design, flank, pairing, problem_of(design, flank, pairing, np.arange(1)))
 
 
-_kept_are_lines = kept(16)(_are_lines)
+_cached_are_lines = cached(16)(_are_lines)
 
 
 def _with_crowning(design: Design, flank: str) -> Design:

@@ -88,7 +88,7 @@ def segments_of(problem: Problem, curve: Curve) -> tuple[Segment, Mask]:
 
 
 def empty_segment(cases: int, count: int) -> Segment:
-    """Return segments of cases without a path on the flanks, with room for knots from `count` samples."""
+    """Return segments of cases without a path on the flanks, with space for knots from `count` samples."""
     return Segment(
         state=np.full((4, cases, 2), np.nan),
         limit=np.full((cases, 2), np.int8(-1)),

@@ -79,7 +79,7 @@ def seeds_of(problem: Problem) -> tuple[FloatArray, bool]:
     return seeds, bool(np.isfinite(g).all())
 
 
-def _room(problem: Problem, met: Contacts) -> FloatArray:
+def _relative_margin(problem: Problem, met: Contacts) -> FloatArray:
     """Return the least margin (n,) in flank depths and face widths."""
     values, _ = margins_at(problem, met)
     depth, face = problem.highest - problem.lowest, 2.0 * problem.half_width
@@ -139,7 +139,7 @@ def _followed(
     # Distances from the limits, in depths and face widths, at which a curve ends, and at which it may end.
     beyond, outside = 0.1, 1e-3
     met = contacts_at(problem.surfaces, problem.placed, seeds)
-    state, direction, room = seeds.copy(), _direction(problem, met, sense), _room(problem, met)
+    state, direction, margin = seeds.copy(), _direction(problem, met, sense), _relative_margin(problem, met)
     ahead = met.along(direction * problem.scale[:, None])
     step, count = np.full(sense.size, FIRST_STEP), np.ones(sense.size, dtype=int)
     left, active = np.zeros(sense.size, dtype=bool), np.arange(sense.size)
@@ -169,13 +169,13 @@ def _followed(
         there = active[reached]
         state[:, there], direction[:, there] = met.state[:, reached], after[:, reached]
         ahead[:, there] = met.along(after * problem.scale[:, None])[:, reached]
-        room[there] = _room(problem, met)[reached]
+        margin[there] = _relative_margin(problem, met)[reached]
         count[there] += 1
         rounds.append((there, np.concatenate((state, direction))[:, there]))
         home = np.linalg.norm((state - seeds)[:3, active] / problem.scale[:, None], axis=0)
         closed = reached & (count[active] > 4) & (home < 0.5 * moved)
         ended = failed & ~shorter & ~kink
-        gone = np.where(ended, room[active] < -outside, reached & (room[active] < -beyond))
+        gone = np.where(ended, margin[active] < -outside, reached & (margin[active] < -beyond))
         left[active] = gone
         active = active[~(ended | gone | closed)]
     order = np.argsort(np.concatenate([index for index, _ in rounds]), kind="stable")

@@ -42,7 +42,7 @@ class SeparationSamples:
         Numbers of the rows, -1 where not computed.
     sample, point : ndarray of int, shape (m,)
         Sample and point of each row.
-    room : float
+    max_miss : float
         Distance (mm) by which a foot may miss the mating flank at a sample and still be on it between
         samples.
     """
@@ -52,7 +52,7 @@ class SeparationSamples:
     place: Integers
     sample: Integers
     point: Integers
-    room: float
+    max_miss: float
 
     @property
     def low(self) -> Integers:
@@ -65,12 +65,12 @@ class SeparationSamples:
         """Return the numbers (l) of rows at which the foot is closest to the mating flank without being on
         it."""
         beyond = -np.nan_to_num(self.rows[MARGIN], nan=-np.inf)
-        return self._least(beyond, (beyond > 0.0) & (beyond < self.room))
+        return self._least(beyond, (beyond > 0.0) & (beyond < self.max_miss))
 
-    def _least(self, values: FloatArray, those: Mask) -> Integers:
-        """Return the numbers (l) of rows, among `those` (m), whose values (m) are not above their
+    def _least(self, values: FloatArray, candidates: Mask) -> Integers:
+        """Return the numbers (l) of rows, among `candidates` (m), whose values (m) are not above their
         neighbours. Rows next to a sample that was not computed are left out."""
-        row = np.flatnonzero(those)
+        row = np.flatnonzero(candidates)
         return row[(values[row] <= np.append(values, -np.inf)[self._three(row)]).all(axis=0)]
 
     def _three(self, row: Integers) -> Integers:
@@ -78,7 +78,7 @@ class SeparationSamples:
         three = np.clip(self.sample[row] + np.array(((-1,), (0,), (1,))), 0, len(self.table) - 1)
         return np.asarray(self.place[three, self.point[row]])
 
-    def beside(self, row: Integers, rolls: FloatArray) -> tuple[Integers, FloatArray]:
+    def with_neighbours(self, row: Integers, rolls: FloatArray) -> tuple[Integers, FloatArray]:
         """Return the points (l) of rows, and the rolls and rows (5, 3, l) before, at and after them."""
         three = self._three(row)
         known = rolls[None, self.sample[three]], self.rows.take(three, axis=1)
@@ -147,8 +147,8 @@ def separation_samples(mating: Mating, points: FloatArray, near: Mask | None = N
         alone = (place[neighbours, each] < 0).any(axis=0) | np.isinf(table[best, each])
         asked = (place < 0) & alone
     sample, point = np.divmod(np.concatenate(numbers), n)
-    room = float(mating.sheet.module)
-    return SeparationSamples(table, np.concatenate(parts, axis=1), place, sample, point, room)
+    max_miss = float(mating.sheet.module)
+    return SeparationSamples(table, np.concatenate(parts, axis=1), place, sample, point, max_miss)
 
 
 def minimum_separation(
@@ -170,7 +170,7 @@ def minimum_separation(
         The smallest result of the descents from all low samples and all feet between samples.
     """
     samples = separation_samples(mating, points) if samples is None else samples
-    low, between = samples.beside(samples.low, mating.rolls), _between(mating, points, samples)
+    low, between = samples.with_neighbours(samples.low, mating.rolls), _between(mating, points, samples)
     point, three = (np.concatenate(both, axis=-1) for both in zip(low, between, strict=True))
     at, neighbours, rows, direction = three[0, 1], three[0, ::2], three[1:], np.array(((-1,), (1,)))
     begin, inner = rows[:, 1], neighbours != at
@@ -207,13 +207,13 @@ def _between(mating: Mating, points: FloatArray, samples: SeparationSamples) -> 
     The margin, the minimum of several nearly linear functions, is concave: on either side of the middle,
     it is below the line through the middle and the other end. Its maximum is refined while this bound
     allows a positive value."""
-    point, three = samples.beside(samples.passing, mating.rolls)
+    point, three = samples.with_neighbours(samples.passing, mating.rolls)
     # Rolls per round, and rounds, of the search for a foot between samples. A foot that is on the mating
     # flank for a hundredth of the step is found.
     closer_rolls, max_rounds = 10, 4
     results, share = [(point[:0], three[..., :0])], np.linspace(0.0, 1.0, closer_rolls)[:, None]
     for count in range(max_rounds + 1):
-        margin, length = _known_margin(three, samples.room), np.diff(three[0], axis=0)
+        margin, length = _known_margin(three, samples.max_miss), np.diff(three[0], axis=0)
         with np.errstate(invalid="ignore", divide="ignore"):
             most = margin[1] + ((margin[1] - margin[::2]) / length)[::-1] * length
         most = np.where(np.isnan(most), np.inf, most)  # no bound at the first and last roll
@@ -226,7 +226,7 @@ def _between(mating: Mating, points: FloatArray, samples: SeparationSamples) -> 
         gear_roll, _ = mating.operation.motion(roll, roll + ROLL_DIFFERENCE_RAD)
         rows = mating.at(np.tile(points[point], (closer_rolls, 1)), mating.turned(roll, gear_roll))
         closer = np.concatenate((roll[None], rows)).reshape(5, closer_rolls, point.size)
-        margin = _known_margin(closer, samples.room)
+        margin = _known_margin(closer, samples.max_miss)
         best = np.clip(margin.argmax(axis=0), 1, closer_rolls - 2)
         # Once on the flank, keep the complete interval.
         away = np.where(margin.max(axis=0) >= 0.0, closer_rolls, 1)
@@ -236,9 +236,9 @@ def _between(mating: Mating, points: FloatArray, samples: SeparationSamples) -> 
     return np.concatenate(points_between), np.concatenate(known, axis=-1)
 
 
-def _known_margin(known: FloatArray, room: float) -> FloatArray:
-    """Return margins of rolls and rows (5, ...), replaced by -`room` where there is no foot."""
-    return np.asarray(np.nan_to_num(known[1 + MARGIN], nan=-room))
+def _known_margin(known: FloatArray, max_miss: float) -> FloatArray:
+    """Return margins of rolls and rows (5, ...), replaced by -`max_miss` where there is no foot."""
+    return np.asarray(np.nan_to_num(known[1 + MARGIN], nan=-max_miss))
 
 
 def _descents(

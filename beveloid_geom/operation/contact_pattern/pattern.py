@@ -173,14 +173,14 @@ def contact_pattern(
     patterns = []
     for number, member in enumerate(design.members):
         side = _side_of(member, flank, mating_of(design, flank, number, operation))
-        smallest_grid = _found_on(side, CELLS[0])
+        smallest_grid = _sampled_on(side, CELLS[0])
         if resolution is not None:
             cells = _cells_of_size(member, resolution)
         else:
             error = separation / 20.0 if tolerance is None else tolerance
             cells = _cells_within(smallest_grid, error, 4.0 * separation)
         # The area is always computed from the smallest grid: it does not depend on the points of the output.
-        grid = smallest_grid if cells == CELLS[0] else _found_on(side, cells)
+        grid = smallest_grid if cells == CELLS[0] else _sampled_on(side, cells)
         patterns.append(_member_pattern(side, grid, smallest_grid, separation, area_error))
     return ContactPattern(flank, separation, operation.span, *patterns)
 
@@ -252,7 +252,7 @@ class _Grid:
     status: Codes
 
 
-def _found_on(side: _Side, cells: tuple[int, int]) -> _Grid:
+def _sampled_on(side: _Side, cells: tuple[int, int]) -> _Grid:
     """Return the minimum separations on a grid that is evenly spaced in depth and face."""
     depth, face = (np.linspace(0.0, 1.0, n + 1) for n in cells)
     l, z, points = side.at(depth[:, None], face)

@@ -147,7 +147,7 @@ def earlier(engagement: Engagement, segments: CycleSegments, near: Samples) -> S
     later = _not_first(engagement, segments, near)
     parts = (
         _halfway(engagement, later),
-        _beside(engagement, segments),
+        _extrapolated(engagement, segments),
         _near_ends(engagement, segments, near),
         _on_fewer_limits(segments),
     )
@@ -180,7 +180,7 @@ def _ahead(
     return ahead, margin, samples_of(case[row], roll[row], contacts)
 
 
-def _beside(engagement: Engagement, segments: CycleSegments) -> Followed:
+def _extrapolated(engagement: Engagement, segments: CycleSegments) -> Followed:
     """Return the contacts of segments that are continued by their own length before and after their ends."""
     count = 64  # rolls of a pitch
     segment = np.arange(segments.case.size).repeat(count)
@@ -302,7 +302,7 @@ def followed_contacts(
     """Return contacts of tooth pairs (n,) near places (2, n) with the active limits (2, n): f, s1, z1, s2,
     z2 (5, n), the other limits (8, n), mm, and whether these are satisfied."""
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        task = engagement.at(case, roll).task(np.arange(case.size), pair).beside(place)
+        task = engagement.at(case, roll).task(np.arange(case.size), pair).with_fillets_at(place)
         values = held_to(task, place, limit, 4)
         margin = np.where(holding(limit), 0.0, values[QUANTITY_COUNT:])
     return values[:QUANTITY_COUNT], margin, np.asarray((margin >= -ON_LIMIT_DEPTHS * task.depth).all(axis=0))

@@ -77,7 +77,7 @@ def fitted(engagement: Engagement, samples: Samples) -> CycleSegments:
         steady[joined] = np.abs(end_rolls - ends[joined]) <= END_TOLERANCE_PITCHES * engagement.pitch[0]
         slack = 1e-3 * (fit.high - fit.low)  # extrapolation beyond this amplifies rounding
         known = (low >= fit.low - slack) & (high <= fit.high + slack) & _resolved(engagement, fit)
-        steady, known = (_of_whole_cases(mask, segments.case) for mask in (steady, known))
+        steady, known = (_of_complete_cases(mask, segments.case) for mask in (steady, known))
         ready = steady | known | (count == max_fits - 1)
         moved = np.flatnonzero(ready & ~steady)  # refit between the new ends
         values = fit.values(moved, segments.pick(moved).rolls(basis_of(SEGMENT_DEGREE).nodes))
@@ -147,7 +147,7 @@ def _branches(
     return np.append(0, np.cumsum(same & ~reached[1:]))
 
 
-def _of_whole_cases(mask: Mask, case: Integers) -> Mask:
+def _of_complete_cases(mask: Mask, case: Integers) -> Mask:
     """Return for each segment whether all segments of its case are marked."""
     return np.asarray(~np.isin(case, case[~mask]))
 

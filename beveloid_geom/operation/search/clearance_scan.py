@@ -19,7 +19,7 @@ from ...arrays import FloatArray, Integers, Mask
 from ...design.member import Member
 from ...gear.flank_limits import tip_parameter
 from ...gear.tooth_side import Cut, ToothSurface, angle_of, cut_at, profile_at, surface_of
-from ...support.frozen_arrays import kept
+from ...support.frozen_arrays import cached
 from ...support.products import product
 from ..angular_clearance import met_by
 from .search_task import Task
@@ -135,7 +135,7 @@ class Scan:
     bottom: Mask
 
 
-@kept(64)
+@cached(64)
 def scan_grid(member: Member, flank: str, points: tuple[int, int, int]) -> Grid:
     """Return the scan points on fillet and flank of the pinion.
 
@@ -176,7 +176,7 @@ def scan_grid(member: Member, flank: str, points: tuple[int, int, int]) -> Grid:
     )
 
 
-@kept(64)
+@cached(64)
 def chart_of(surface: ToothSurface, above: float, beyond: float) -> Chart:
     """Tabulate the angles of a tooth surface.
 
@@ -333,6 +333,6 @@ def _scan_rows(
     return row, point, within[row, point]
 
 
-@kept(64)
+@cached(64)
 def _mid_face_point(surface: ToothSurface, s: float) -> Cut:
     return cut_at(surface, np.array([s]), np.zeros(1))

@@ -21,7 +21,7 @@ from ..engagement import Engagement
 from .clearance_scan import Chart, Grid, Scan, chart_of, scan_grid, scan_of
 from .local_clearance import local_at
 from .minimum_clearance import ON_LIMIT_DEPTHS, LocalMinima, minimum_clearances, repeated
-from .search_starts import TIP_START_MODULES, beside_fillets, near_fillets, starts_of
+from .search_starts import TIP_START_MODULES, fillet_edge_starts, near_fillets, starts_of
 from .search_task import OVERLAP_PERIODS, Task
 from .undercut_edges import across_edges
 
@@ -266,15 +266,15 @@ def _searched(
     pairs, row, periods = task, starts.row, starts.periods
     task = task.pick(row).later(periods)
     owner = row + periods * scan.bottom.size
-    least = minimum_clearances(task.beside(starts.place), starts.place, starts.box, owner)
+    least = minimum_clearances(task.with_fillets_at(starts.place), starts.place, starts.box, owner)
     # Minima close to a fillet: start again from tip edges on the fillet.
     close = np.flatnonzero(least.converged & (least.f <= known[row] + TIP_START_MODULES * module))
     places = np.concatenate((row[None, close], np.rint(1e6 / grid.cell[0] * least.place[:, close])))
     close = close[~repeated(places)]
-    more = beside_fillets(task.pick(close), least.place[:, close], grid)
+    more = fillet_edge_starts(task.pick(close), least.place[:, close], grid)
     if more.row.size:
         again = close[more.row]
-        near = task.pick(again).beside(more.place)
+        near = task.pick(again).with_fillets_at(more.place)
         least = joined((least, minimum_clearances(near, more.place, more.box, owner[again])))
         row, periods = np.append(row, row[again]), np.append(periods, periods[again])
         close = np.append(close, np.arange(row.size - again.size, row.size))

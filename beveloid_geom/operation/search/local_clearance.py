@@ -182,7 +182,7 @@ def _limits(
     rows[Limit.PINION_TOE, 0], rows[Limit.PINION_HEEL, 0] = pinion.half_width + z, pinion.half_width - z
     rows[Limit.GEAR_TOE :: 2, 0] += gear.half_width
     if task.edged:  # undercut: the root limit is the edge
-        fillet = task.beside(np.array((s, z))).fillet if task.fillet is None else task.fillet
+        fillet = task.with_fillets_at(np.array((s, z))).fillet if task.fillet is None else task.fillet
         assert fillet is not None
         if pinion.crossing is not None:
             edge = _from_own_edge(pinion.crossing, s, z, fillet[0], len(squares[0]))

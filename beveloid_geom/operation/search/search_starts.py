@@ -235,7 +235,7 @@ def near_fillets(task: Task, starts: SearchStarts, grid: Grid) -> Mask:
     return np.asarray((starts.place[0] < start + spare) | ~(met >= task.gear.joint + spare))
 
 
-def beside_fillets(task: Task, place: FloatArray, grid: Grid) -> SearchStarts:
+def fillet_edge_starts(task: Task, place: FloatArray, grid: Grid) -> SearchStarts:
     """Return additional starts next to minima that were computed.
 
     Parameters
@@ -256,8 +256,8 @@ def beside_fillets(task: Task, place: FloatArray, grid: Grid) -> SearchStarts:
     # Only minima near a fillet can have an edge on it within a cell.
     above = place[0] - pinion.flank_start(place[1])
     below_tip = pinion.tip + pinion.taper * place[1] - np.sqrt(cut_at(pinion, *place).square)
-    room = np.stack((above, below_tip))
-    tip, close = np.nonzero(room < NEAR_FILLET_CELLS * grid.cell[0])
+    to_limits = np.stack((above, below_tip))
+    tip, close = np.nonzero(to_limits < NEAR_FILLET_CELLS * grid.cell[0])
     edge, gap = place[:, close], np.full(close.size, np.inf)
     if close.size:
         near = task.pick(close)

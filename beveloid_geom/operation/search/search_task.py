@@ -72,7 +72,7 @@ class Task:
         turns = roll.take(index), start.take(index)
         return Task(pinion, gear, lever, axes.at(index), *turns, period, line, fillet, reliefs)
 
-    def beside(self, place: FloatArray) -> Task:
+    def with_fillets_at(self, place: FloatArray) -> Task:
         """Return the tasks with `fillet` set for the places (2, n): flank or fillet of undercut teeth."""
         if not self.edged:
             return self

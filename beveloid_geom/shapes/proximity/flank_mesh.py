@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ...arrays import FloatArray, Mask
 from ...design.member import Member
-from ...support.frozen_arrays import kept
+from ...support.frozen_arrays import cached
 from ..sampling import FlankGrid, sample_flank
 from ..sheet import Faces, grid_faces
 
@@ -42,7 +42,7 @@ class FlankMesh:
     normals: FloatArray
 
 
-@kept(16)
+@cached(16)
 def flank_mesh(member: Member, flank: str, tolerance: float) -> FlankMesh:
     """Return a flank of a single member as triangles.
 

@@ -133,14 +133,14 @@ def draw(data: PairFigure, layout: theme.PageLayout) -> Drawing:
     if not pair.remote:
         _annotate_layout(view, pair, 0.65 * abs(float(_ends(pair)[1, 0])))
     _draw_scale(view, box, pair)
-    room = FreeSpace(view.axes)
+    free_space = FreeSpace(view.axes)
     if pair.touching and len(data.sections) == 2:
-        corner = _free_corner(page, room)
+        corner = _free_corner(page, free_space)
         if not layout.wide:
             corner = theme.place(page, 0.25, low, 0.5, theme.inches(page, section_height_in - 0.8))
-        room.take(corner)
+        free_space.take(corner)
         _draw_section(page, corner, data)
-    _name(view, room, pair, not layout.wide)
+    _name(view, free_space, pair, not layout.wide)
     return Drawing(page, {"pair": view.picture})
 
 
@@ -195,8 +195,8 @@ def _draw_scale(over: Overlay, box: theme.PageBox, pair: PosedPair) -> None:
     theme.scale_bar(over.axes, 0.98 * box.width - length * px_per_mm, 0.96 * box.height, px_per_mm, length)
 
 
-def _name(over: Overlay, room: FreeSpace, pair: PosedPair, narrow: bool) -> None:
-    """Label members and ends of faces where there is room, in more lines on a narrow page."""
+def _name(over: Overlay, free_space: FreeSpace, pair: PosedPair, narrow: bool) -> None:
+    """Label members and ends of faces where there is space, in more lines on a narrow page."""
     right, up, _ = over.picture.camera.axes
     rings = [to_fixed(*both) for both in zip(pair.frames, map(posed.rings, pair.design.members), strict=True)]
     for number, member in enumerate(pair.design.members):
@@ -214,7 +214,8 @@ def _name(over: Overlay, room: FreeSpace, pair: PosedPair, narrow: bool) -> None
             if not len(points):  # this end is behind the other member
                 continue
             near = points[np.argsort(-(points @ direction))]
-            room.note(over.picture.project(near), over.picture.project(ring[:-1].mean(axis=0)), words, offset)
+            middle = over.picture.project(ring[:-1].mean(axis=0))
+            free_space.note(over.picture.project(near), middle, words, offset)
 
 
 def _visible(over: Overlay, ring: FloatArray, other: FloatArray) -> FloatArray:
@@ -268,7 +269,7 @@ def _kind(pair: PosedPair, member: int) -> str:
     return f"{paths_table.MEMBERS[member]}\n{int(one.teeth)} teeth, {hand}\n{angles}"
 
 
-def _free_corner(page: theme.Page, room: FreeSpace) -> theme.PageBox:
+def _free_corner(page: theme.Page, free_space: FreeSpace) -> theme.PageBox:
     """Return the box of the section: the corner and size that hide least of the picture."""
     # Width and height of the section on a wide page, as fractions of the page.
     width, height = 0.25, 0.31
@@ -279,7 +280,7 @@ def _free_corner(page: theme.Page, room: FreeSpace) -> theme.PageBox:
         for x in (0.026, 0.974 - across)
         for y in (0.085, 0.86 - up)
     ]
-    return min(boxes, key=room.hides)
+    return min(boxes, key=free_space.hides)
 
 
 def _draw_section(page: theme.Page, box: theme.PageBox, data: PairFigure) -> None:

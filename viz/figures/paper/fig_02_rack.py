@@ -83,10 +83,10 @@ def draw(data: RackFigure, layout: theme.PageLayout) -> Drawing:
     ends = module * np.array(
         [-float(tool.dedendum) - 0.35, cutter.SPACE_DEPTH_ADDENDA * float(tool.addendum) + back_modules]
     )
-    room = 1.0 - 2.0 * text_width_in * page.dpi / box.width
+    free_share = 1.0 - 2.0 * text_width_in * page.dpi / box.width
     half = max(
         (wide + 0.62) * module,
-        (wide + 0.22) * module / room,
+        (wide + 0.22) * module / free_share,
         0.5 * (ends[1] - ends[0]) * box.width / box.height,
     )
     high_half = half * box.height / box.width

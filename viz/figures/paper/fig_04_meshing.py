@@ -134,7 +134,7 @@ def draw(data: MeshingFigure, layout: theme.PageLayout) -> Drawing:
     detailed = narrow and small_pinion and data.has_pitch_point
     # Heights of the picture and, on a narrow page, of the detail of a small pinion and the table, inches.
     heights = (4.3, 3.0, 1.9) if detailed else (4.6, 0.0, 2.0) if narrow else (7.2, 0.0, 0.0)
-    # A narrow page has no room for the names of axes that are parallel to those of a fixed frame.
+    # A narrow page has no space for the names of axes that are parallel to those of a fixed frame.
     unnamed = [n for n in (0, 1) if narrow and data.parallel_frame(n) and not (detailed and n == 0)]
     pair = layout_of(data.pair.design)
     offset, angle = float(pair.offset), f"{np.degrees(abs(float(pair.shaft_angle))):g}\u00b0"
@@ -186,10 +186,10 @@ def draw(data: MeshingFigure, layout: theme.PageLayout) -> Drawing:
 
 def _free_corner(page: theme.Page, over: Overlay, data: MeshingFigure) -> tuple[float, float, float, float]:
     """Return the place of the table on a wide page: the corner where it hides least of the picture."""
-    room = FreeSpace(over.axes)
+    free_space = FreeSpace(over.axes)
     bottoms = (0.6, 0.13) if data.pair.remote else (0.13, 0.6)
     corners = [(left, bottom, 0.24, 0.19) for bottom in bottoms for left in (0.03, 0.73)]
-    return min(corners, key=lambda corner: room.hides(theme.place(page, *corner)))
+    return min(corners, key=lambda corner: free_space.hides(theme.place(page, *corner)))
 
 
 def _detail(page: theme.Page, box: theme.PageBox, data: MeshingFigure) -> Overlay:

@@ -175,10 +175,10 @@ def _reach(data: ErrorFigure, displaced: dict[str, Frame], frame_fraction: float
         (member, placed[f"d{j + 1}"]) for placed in frames for j, member in enumerate(data.design.members)
     ]
     rings = [to_fixed(frame, posed.rings(member)).reshape(-1, 3) for member, frame in members]
-    room = 1.6 * frame_fraction * _scale(data.pair)
+    arrow_length = 1.6 * frame_fraction * _scale(data.pair)
     origins = [origin for placed in frames for _, origin in placed.values()]
     return np.concatenate(
-        (*rings, origins, [data.seen(data.nominal)["g"][1] + room * data.nominal["g"][0][:, 0]])
+        (*rings, origins, [data.seen(data.nominal)["g"][1] + arrow_length * data.nominal["g"][0][:, 0]])
     )
 
 

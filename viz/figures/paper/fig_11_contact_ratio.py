@@ -82,7 +82,7 @@ def draw(data: RatioFigure, layout: theme.PageLayout) -> Drawing:
         layout,
         f"Fig. 11   {finding(data)}",
         "Contact ratio against the parabola coefficients $a_1$ of the pinion, $a_2$ of the gear",
-        "".join(text for text, said in notes if said),
+        "".join(text for text, shown in notes if shown),
         below=0.55,
         above=0.55,
         tall=cells.tall(layout, len(CASES), 0.6 * cells.width(layout, len(CASES))),
@@ -115,9 +115,9 @@ def _limits(values: FloatArray, labelled: FloatArray) -> tuple[float, float]:
     largest."""
     if not values.size:
         return 0.0, 1.0
-    room = max(float(np.ptp(values)), 0.5)
-    above = 0.35 if np.any(labelled > values.max() - 0.25 * room) else 0.12
-    return float(values.min()) - 0.06 * room, float(values.max()) + above * room
+    span = max(float(np.ptp(values)), 0.5)
+    above = 0.35 if np.any(labelled > values.max() - 0.25 * span) else 0.12
+    return float(values.min()) - 0.06 * span, float(values.max()) + above * span
 
 
 def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> list[Line2D]:

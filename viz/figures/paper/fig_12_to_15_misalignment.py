@@ -98,10 +98,16 @@ class ErrorCase:
         return f"{theme.signed(sign * self.shown, self.digits) if sign else '0'}\u00a0{self.unit}"
 
 
-ANGLE_NOTE = " Shaft-angle error: chosen here, not the paper's."
 CASES = (
     ErrorCase(12, "offset", OFFSET_ERROR, "mm", "offset error"),
-    ErrorCase(13, "shaft_angle", ANGLE_ERROR, "deg", "shaft-angle error", ANGLE_NOTE),
+    ErrorCase(
+        number=13,
+        field="shaft_angle",
+        size=ANGLE_ERROR,
+        unit="deg",
+        name="shaft-angle error",
+        note=" Shaft-angle error: chosen here, not the paper's.",
+    ),
     ErrorCase(14, "pinion_axial", AXIAL_ERROR, "mm", "axial position error of the pinion"),
     ErrorCase(15, "gear_axial", AXIAL_ERROR, "mm", "axial position error of the gear"),
 )
@@ -150,8 +156,8 @@ def draw(data: MisalignmentFigure, layout: theme.PageLayout) -> Drawing:
     right. In print, the cases are in columns."""
     case, flank = data.case, data.flank
     values = "$a_1$ = $a_2$ = 0", paths_table.coefficients(data.paths[1][1].design)
-    own = is_modified(data.paths[1][1].design, flank)
-    design_words = "the design's modifications and " if own else "modification, "
+    modified = is_modified(data.paths[1][1].design, flank)
+    design_words = "the design's modifications and " if modified else "modification, "
     names = (
         f"{word}{value}".replace(" = ", "\u00a0=\u00a0").replace(" mm", "\u00a0mm")
         for word, value in zip(("without modification, ", f"with {design_words}"), values, strict=True)
@@ -190,8 +196,8 @@ def draw(data: MisalignmentFigure, layout: theme.PageLayout) -> Drawing:
         paths, member = data.paths[cell.case], cell.member
         detail_at_side, full = data.close and layout.printed and layout.wide, cell.box
         # Tables, or details in print, are to the right of the flanks.
-        room = SIDE_DETAIL_IN[0] if detail_at_side else 0.0 if layout.printed else TABLE_WIDTH_IN
-        cell = replace(cell, box=replace(full, width=full.width - round(room * page.dpi)))
+        side_in = SIDE_DETAIL_IN[0] if detail_at_side else 0.0 if layout.printed else TABLE_WIDTH_IN
+        cell = replace(cell, box=replace(full, width=full.width - round(side_in * page.dpi)))
         traces = []
         for path, look in zip(paths, LOOKS, strict=True):
             style = look.colour, look.dashes, look.width, look.lift

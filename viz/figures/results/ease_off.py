@@ -204,7 +204,7 @@ def _levels(axes: Axes, panel: EaseOffPanel, result: EaseOff) -> None:
     axes.plot(*rim, color=theme.GREY, linewidth=1.2)
     _path(axes, np.stack((panel.path.pinion_z, panel.path.l1), axis=-1))
     axes.set_xlabel("$z$ (mm)", labelpad=2.0)
-    # Above the tick labels, because there is no room next to them at small modules.
+    # Above the tick labels, because there is no space next to them at small modules.
     theme.label_point(axes, (0.0, 1.0), "$l_1$ (mm)", (-4.0, 8.0), ha="center", xycoords="axes fraction")
     axes.yaxis.set_major_locator(MaxNLocator(6, integer=True, steps=[1, 2, 5, 10]))
     for side in ("left", "bottom"):

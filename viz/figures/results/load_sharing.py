@@ -93,8 +93,8 @@ def decks_of(path: Path) -> list[Path]:
 def _named_design(deck: Path) -> str:
     """Return the name of the design in the header of a deck, '' if there is none."""
     with open(deck, encoding="ascii", errors="replace") as file:
-        found = re.search(r"^\*\* pair of (.*), \d+ (?:tooth|teeth) of each$", file.read(2000), re.MULTILINE)
-    return found[1] if found else ""
+        match = re.search(r"^\*\* pair of (.*), \d+ (?:tooth|teeth) of each$", file.read(2000), re.MULTILINE)
+    return match[1] if match else ""
 
 
 def loaded_pair(design: Design, path: Path, name: str = "") -> Loaded:
@@ -198,9 +198,9 @@ def _errors(axes: Axes, result: Loaded) -> None:
         label = f"loaded, one roll: {behind:.3g} arcsec behind"
     axes.plot(at, loaded, "-o", color=theme.BLUE, ms=5.0, lw=1.6, label=label)
     low, high = axes.get_ylim()
-    room = max(high - low, 1e-3)
+    span = max(high - low, 1e-3)
     radius = 1e3 / ARCSEC * float(mounting_of(result.design).working_radius[1])  # um per arcsec
-    axes.set(ylim=(low, low + 1.4 * room), xlabel="pinion roll, loaded or rigid, from mid-path (pitches)")
+    axes.set(ylim=(low, low + 1.4 * span), xlabel="pinion roll, loaded or rigid, from mid-path (pitches)")
     axes.set_ylabel("gear ahead of its mean (arcsec)")
     axes.grid(True)
     axes.legend(loc="upper left", fontsize=theme.SMALL)

@@ -98,8 +98,8 @@ class ParabolaMap:
         limits = (self.difference, extreme.pinion - extreme.gear), (self.total, extreme.pinion + extreme.gear)
         slack = [1e-9 * np.ptp(values) for values, _ in limits]
         return all(
-            float(values.min() - room) <= at <= float(values.max() + room)
-            for (values, at), room in zip(limits, slack, strict=True)
+            float(values.min() - slack_size) <= at <= float(values.max() + slack_size)
+            for (values, at), slack_size in zip(limits, slack, strict=True)
         )
 
 

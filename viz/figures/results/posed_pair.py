@@ -82,8 +82,8 @@ def draw(data: PosedFigure, layout: theme.PageLayout) -> Drawing:
     pictures: dict[str, Picture] = {}
     high = heading - theme.inches(page, 0.1)
     places = theme.pair_of_boxes(page, low, high, ((0.02, 0.42), (0.45, 0.53)), 0.35)
-    for letter, place, scene in zip("ab", places, (_whole, mesh_view), strict=True):
-        name = "the pair" if scene is _whole else "teeth in mesh"
+    for letter, place, scene in zip("ab", places, (_pair_view, mesh_view), strict=True):
+        name = "the pair" if scene is _pair_view else "teeth in mesh"
         y = place[1] + place[3] + theme.inches(page, 0.1)
         x = max(place[0], 0.4 / layout.width)  # below the title
         page.text(x, y, f"({letter})  {name}", fontsize=theme.HEADING)
@@ -94,7 +94,7 @@ def draw(data: PosedFigure, layout: theme.PageLayout) -> Drawing:
             continue
         over = Overlay.drawn(page, box, *scene(data, box.size))
         pictures[name] = over.picture
-        if scene is _whole:
+        if scene is _pair_view:
             _label(over, data)
     return Drawing(page, pictures)
 
@@ -126,7 +126,7 @@ def _label(over: Overlay, data: PosedFigure) -> None:
         over.label(place, paths_table.MEMBERS[number], (0.0, -16.0 if number else 14.0))
 
 
-def _whole(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
+def _pair_view(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
     parts = zip(data.meshes, data.pair.frames, theme.METALS, strict=True)
     items = [
         posed.placed_surface(mesh, frame, colour, edges=True)

@@ -18,7 +18,12 @@ from beveloid_geom.findings.path import first_contact_fault
 from beveloid_geom.pair.misalignment import errors_below, mounted
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.result import table_of
-from beveloid_geom.report.tolerance import ToleranceReport, edge_contact_count, pattern_counts, size_words
+from beveloid_geom.report.tolerance import (
+    ToleranceReport,
+    edge_contact_count,
+    pattern_counts,
+    tolerance_words,
+)
 
 from ...components import charts, panels, paths_table, viewpoint
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, rows_of_cases
@@ -187,7 +192,7 @@ def _tolerances(data: CloudFigure) -> str:
     design = data.cases[0].design
     usual = USUAL_AT[design.errors_at]
     spread = f"{usual.distribution}, {usual.sigmas:g} standard deviations"
-    sizes = f"{size_words(usual)}{paths_table.at_the_mesh(design)}"
+    sizes = f"{tolerance_words(usual)}{paths_table.at_the_mesh(design)}"
     return f"{data.flank.capitalize()} flanks; {sizes} ({spread})"
 
 

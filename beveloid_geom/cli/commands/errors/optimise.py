@@ -136,8 +136,8 @@ def optimise(
         raise Refusal([f"{given} is for parabola coefficients: {cure}"])
     with results.refused_values(_options_of(keys)):
         if amounts:
-            found = optimise_amounts(design, aim, amounts, flank)
-            report = amounts_report(name, design, aim, flank, found, amounts)
+            result = optimise_amounts(design, aim, amounts, flank)
+            report = amounts_report(name, design, aim, flank, result, amounts)
         else:
             report = parabola_report(name, design, aim, flank, optimise_parabola(design, aim, flank))
     if out is not None:

@@ -141,10 +141,10 @@ def propose_command(
     except Refused as error:
         raise Refusal([refusal(request, error.reason, error.nearest)]) from None
     if out is not None:
-        if pick > (found := len(report.proposals)):
-            raise Refusal([f"--pick must be between 1 and {found}, the number of proposals, got {pick}"])
+        if pick > (count := len(report.proposals)):
+            raise Refusal([f"--pick must be between 1 and {count}, the number of proposals, got {pick}"])
         write_design(report.text_of(pick), out)
-        summary = f"proposal {pick} of {found}, {report.words_of(pick)}"
+        summary = f"proposal {pick} of {count}, {report.words_of(pick)}"
         click.echo(f"{click.format_filename(out)}: {summary}", err=as_json or as_csv)
     show(context, report, as_json, as_csv)
 
