@@ -19,7 +19,7 @@ import numpy as np
 
 from ..arrays import FloatArray, Mask
 from .crossing_curve import RADIUS, CrossingCurve, FacePart, curve_nodes, face_part
-from .tooth_surface import ToothSurface, cut_at
+from .tooth_surface import ToothSurface, cut_at, radius_square
 
 SCAN_POINTS = 65
 """Number of points of a branch at which a sign is evaluated."""
@@ -285,16 +285,16 @@ def fillet_profile(surface: ToothSurface, square: FloatArray, z: FloatArray, top
     # Newton step, relative to the branch, below which the iteration ends: the error is its square.
     last_fillet_step = 1e-8
     low, high = np.full_like(z, surface.bottom), top
-    floor, most = cut_at(surface, np.concatenate((low, high)), np.tile(z, 2)).square.reshape(2, -1)
+    floor, most = radius_square(surface, np.concatenate((low, high)), np.tile(z, 2))[0].reshape(2, -1)
     share = (square - floor) / (most - floor)
     slack = 1e-12
     s = surface.bottom + (top - surface.bottom) * np.sqrt(np.clip(share, 0.0, 1.0))
     for _ in range(80):
-        cut = cut_at(surface, s, z)
-        excess = cut.square - square
+        reached, rate = radius_square(surface, s, z)
+        excess = reached - square
         above = excess > 0.0
         low, high = np.where(above, low, s), np.where(above, s, high)
-        following = s - excess / cut.square_s
+        following = s - excess / rate
         following = np.where((following >= low) & (following <= high), following, 0.5 * (low + high))
         step, s = following - s, following
         if not (np.abs(step) > last_fillet_step * surface.scale).any():

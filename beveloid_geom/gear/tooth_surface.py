@@ -164,6 +164,19 @@ def generated_cut(surface: ToothSurface, s: Numbers, z: Numbers) -> Cut:
     return _cut(surface, _section(surface, s), z)
 
 
+def radius_square(surface: ToothSurface, s: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return r^2 of points (mm^2) and its derivative by s (mm). Modifications, which rotate points, do not
+    change them."""
+    p, q, sin, cos, turn_s, p_s, q_s = _section(surface, s)
+    (dx, dy, _), (mx, my, _) = surface.direction, surface.normal
+    nx, ny = cos * mx - sin * dx, cos * my - sin * dy
+    slope, slope_s = ny / nx, turn_s * surface.twist / (nx * nx)
+    # Coordinates x and y of Eq. 6, of which y is proportional to x of the rack.
+    across = surface.apex[0] + p * surface.along[0] + q * surface.out[0] + z * surface.trace[0]
+    x, y, x_s = surface.pitch_radius + across, slope * across, p_s * surface.along[0] + q_s * surface.out[0]
+    return x * x + y * y, 2.0 * (x * x_s + y * (slope_s * across + slope * x_s))
+
+
 def turn_rows(surface: ToothSurface, s: FloatArray, z: FloatArray, reliefs: Mask | None = None) -> FloatArray:
     """Return the rotation (rad) of points by the modification of a surface.
 
