@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import json
+import os
 import threading
+import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from beveloid_geom import Design, builtin_design
 from beveloid_viz.explore.session import Session
 from beveloid_viz.explore.values import Start
+
+STATM = Path("/proc/self/statm")
 
 
 class Window:
@@ -173,3 +179,29 @@ def test_values_that_are_no_numbers_are_not_saved(opened: Callable[[Design], Win
     answer = opened(builtin_design()).ask("save", offset_error="x")
     assert answer["kind"] == "failed"
     assert "offset_error must be a finite number" in answer["reason"]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not STATM.exists(), reason="needs the memory statistics of Linux")
+def test_a_thousand_random_values_leave_the_memory_constant(
+    opened: Callable[[Design], Window], modified: Design
+) -> None:
+    window, random, sizes = opened(modified), np.random.default_rng(0), []
+    for number in range(1, 1_401):
+        offset, angle, pinion, gear = random.uniform(-0.03, 0.03, 4).tolist()
+        window.send(
+            number,
+            **Start(modified).values
+            | {
+                "offset_error": offset,
+                "shaft_angle_error_deg": angle,
+                "pinion_axial_error": pinion,
+                "gear_axial_error": gear,
+            },
+        )
+        time.sleep(0.01)
+        if number in (400, 1_400):  # the first values fill the caches
+            window.wait(number)
+            sizes.append(int(STATM.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE"))
+            window.answers.clear()
+    assert sizes[1] - sizes[0] < 20e6
