@@ -226,7 +226,7 @@ def tolerance_study(
     A mounting takes 50 to 300 us, half of it for the backlash. Paths that have to be traced take about 10 ms,
     lines of contact on parallel axes 3 to 5 ms. A mesh cycle, with the contact ratio in a film, takes 5 to
     10 ms more (ratio to a path: beveloid_geom/operation/README.md, Cost). A contact pattern takes about as
-    long as two mesh cycles.
+    long as two mesh cycles with their contact ratios.
 
     References
     ----------

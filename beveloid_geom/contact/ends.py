@@ -311,12 +311,12 @@ def rough_window(pairing: FlankPair, l: FloatArray) -> tuple[FloatArray, FloatAr
     # Distance from the limits, in flank depths or face widths, within which approximate positions may be on
     # the flanks; fraction of the range of l2 that is added at both ends.
     near_margin, l2_margin = 0.25, 0.1
-    margin = np.nan_to_num(
+    widened_margin = np.nan_to_num(
         relative_margins(pairing, l, meet(pairing, l)).min(axis=0) + near_margin, nan=-near_margin
     )
-    near = margin > 0.0
+    near = widened_margin > 0.0
     edge = np.stack((near.argmax(axis=-1), near.shape[-1] - 1 - near[:, ::-1].argmax(axis=-1)), axis=-1)
-    ends = np.moveaxis(np.array([_crossing(x, margin, edge) for x in l]), -1, 0)
+    ends = np.moveaxis(np.array([_crossing(x, widened_margin, edge) for x in l]), -1, 0)
     ends[..., ~near.any(axis=-1)] = np.nan
     low, high = np.sort(ends, axis=0)[..., None]
     spare = l2_margin * (high[1] - low[1])

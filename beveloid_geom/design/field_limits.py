@@ -84,7 +84,7 @@ class FieldLimit(NamedTuple):
 
     `cure` is the advice for a rejected value. `cures` are pairs (bound, text) in rising order of the bounds;
     the text of the first bound that is not below the value replaces `cure`. `least` and `most` replace the
-    range for inputs from Python. `whole` quantities are whole numbers; `optional` ones may be None."""
+    range for inputs from Python. `integer` quantities are whole numbers; `optional` ones may be None."""
 
     low: float
     high: float

@@ -62,12 +62,12 @@ def flank_surface(member: Member, flank: str) -> ToothSurface:
 def _surface(member: Member, flank: str) -> ToothSurface:
     # Modules: least length of the profile coordinate for one rad of the fillet.
     least_fillet_scale_modules = 0.1
-    generated, rounding = flank_surface(member, flank), tool_round(member.tool, flank)
-    a, joint, radius = generated.parabola, rounding.joint, rounding.radius
+    without_fillet, rounding = flank_surface(member, flank), tool_round(member.tool, flank)
+    a, joint, radius = without_fillet.parabola, rounding.joint, rounding.radius
     turn = float(np.arctan(2.0 * a * joint))
     scale = max(radius, least_fillet_scale_modules * float(member.tool.normal_module))
     surface = replace(
-        generated,
+        without_fillet,
         joint=joint,
         bottom=joint - scale * (0.5 * np.pi - rounding.angle),
         turn=turn,
@@ -85,7 +85,7 @@ def _surface(member: Member, flank: str) -> ToothSurface:
     if not rises and not np.isnan(surface.highest):
         crossing, lost = crossing_of(surface)
         surface = replace(surface, crossing=crossing, lost=lost)
-    return replace(surface, modification=generated.modification)
+    return replace(surface, modification=without_fillet.modification)
 
 
 _cached_surface = cached(64)(_surface)

@@ -171,7 +171,7 @@ def radius_square(surface: ToothSurface, s: FloatArray, z: FloatArray) -> tuple[
     (dx, dy, _), (mx, my, _) = surface.direction, surface.normal
     nx, ny = cos * mx - sin * dx, cos * my - sin * dy
     slope, slope_s = ny / nx, turn_s * surface.twist / (nx * nx)
-    # Coordinates x and y of Eq. 6, of which y is proportional to x of the rack.
+    # With x of the rack point, `across`, Eq. 6 gives x = r_P + across and y = (n_y / n_x) across.
     across = surface.apex[0] + p * surface.along[0] + q * surface.out[0] + z * surface.trace[0]
     x, y, x_s = surface.pitch_radius + across, slope * across, p_s * surface.along[0] + q_s * surface.out[0]
     return x * x + y * y, 2.0 * (x * x_s + y * (slope_s * across + slope * x_s))

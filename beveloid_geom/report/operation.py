@@ -139,7 +139,7 @@ class OperationReport(Report):
 
     @cached_property
     def pattern(self) -> ContactPattern:
-        """Contact pattern of a film that is thicker than zero."""
+        """Contact pattern for the thickness `film`, which must be larger than 0."""
         operation = first_contact_operation(self.design, self.flank, self.cycle)
         return contact_pattern(self.design, self.flank, self.film, operation=operation)
 

@@ -16,8 +16,6 @@ from .columns import aligned, number, scaled
 from .result import Failure, ResultReport, Rows, picked, plain, stacked_rows
 from .text import ERROR_SYMBOLS, SYMBOLS, line, mounted_lines, symbol_words, unit_of
 
-"""Results of a mounting."""
-
 
 @dataclass(frozen=True, eq=False)
 class PlaceReport(ResultReport[Placement]):

@@ -89,7 +89,7 @@ class ToleranceReport(ResultReport[ToleranceStudy]):
         """Return counts and quantiles of the mountings."""
         study, flank = self.result, self.result.flank
         text = f"Tolerance study of {self.name}, {flank} flanks: {study.cases} mountings, seed {study.seed}\n"
-        text += mounted_lines(self.design) + line("tolerances", _tolerance_words(study))
+        text += mounted_lines(self.design) + line("tolerances", _distribution_words(study))
         text += remark_lines(tolerance_remarks(self.design, study))
         counts = (
             f"{status_words(status)} {_percent(count, study.cases)}"
@@ -210,7 +210,7 @@ def tolerance_remarks(design: Design, study: ToleranceStudy) -> tuple[Remark, ..
     A remark on less than 0.27 % of the mountings is a note: this share of a normal distribution lies outside
     a tolerance of three standard deviations."""
     warning_share = 0.0027
-    words = f"with the tolerances {_tolerance_words(study)}"
+    words = f"with the tolerances {_distribution_words(study)}"
     lead = f"{study.flank} flanks: {{}}"
     mountings = study.mountings
     failed = np.isin(mountings.status, (Status.NOT_CONVERGED, Status.UNDEFINED))
@@ -276,7 +276,7 @@ def tolerance_words(tolerances: Tolerances) -> str:
     )
 
 
-def _tolerance_words(study: ToleranceStudy) -> str:
+def _distribution_words(study: ToleranceStudy) -> str:
     """Return sizes and distribution of the tolerances of a study."""
     tolerances, words = study.tolerances, tolerance_words(study.tolerances)
     spread = f", each tolerance is {tolerances.sigmas:g} sigma" if tolerances.distribution == "normal" else ""

@@ -34,6 +34,7 @@ from typing import TypeAlias
 import numpy as np
 
 from ..arrays import FloatArray
+from ..contact.flank_pair import is_modified
 from ..contact.path import path_of_contact
 from ..design.arguments import require_single
 from ..design.file import builtin_design
@@ -58,7 +59,8 @@ Prepared: TypeAlias = tuple[Callable[[], Answer], int]
 @dataclass(frozen=True, eq=False)
 class ReferencePositions:
     """Positions of a flank pair with the exact solution: `pinion_roll`, `gear_roll` (n,), rad; `l1` (n,), mm;
-    `point` (n, 3) in S_f, mm; and `calls`, the numbers of the paths that are computed for them."""
+    `point` (n, 3) in S_f, mm; and `calls`, a counter that gives each path that is computed for
+    them another number."""
 
     design: Design
     flank: str
@@ -146,7 +148,7 @@ def _measured(method: Method, positions: ReferencePositions, value: float, runs:
     try:
         with np.errstate(all="ignore"):
             work, count = method.prepare(positions, value)
-            point, roll = work()  # samples meshes and computes the constants of the pair, which are cached
+            point, roll = work()  # samples meshes and computes constants, which are cached
             timer = Timer(work, timer=clock)
             repeats = max(1, int(1e-3 / timer.timeit(1)))  # short calls are repeated for at least 1 ms
             times = np.array(timer.repeat(runs, repeats)) / (repeats * count)
@@ -288,17 +290,24 @@ def by_five_equations(
 def _by_one_equation(positions: ReferencePositions, size: float) -> Prepared:
     """Solve single positions at given l1, or paths of 10 k + 1 positions, which include those compared.
 
-    Paths are cached. Therefore each path has another error of the offset, by one rounding error."""
+    Paths are cached. Therefore each path is computed for a new offset error, larger than the previous one by
+    one unit in the last place."""
     design, flank, step = positions.design, positions.flank, int(size) // (2 * POSITION_COUNT)
     offset = float(design.errors.offset)
 
+    def another() -> Design:
+        """Return the design with another offset error."""
+        errors = replace(design.errors, offset=offset + next(positions.calls) * math.ulp(offset))
+        return design.with_errors(errors)
+
     def single() -> Answer:
-        paths = [path_of_contact(design, flank, l1=l1) for l1 in positions.l1[:, None]]
+        # Only on flanks with a modification, a single position needs the path.
+        each = another if is_modified(design, flank) else lambda: design
+        paths = [path_of_contact(each(), flank, l1=l1) for l1 in positions.l1[:, None]]
         return np.concatenate([p.point for p in paths]), np.concatenate([p.gear_roll for p in paths])
 
     def path() -> Answer:
-        errors = replace(design.errors, offset=offset + next(positions.calls) * math.ulp(offset))
-        contact_path = path_of_contact(design.with_errors(errors), flank, int(size))
+        contact_path = path_of_contact(another(), flank, int(size))
         compared = slice(step, None, 2 * step)
         return contact_path.point[compared], contact_path.gear_roll[compared]
 

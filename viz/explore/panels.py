@@ -89,9 +89,9 @@ def pattern_panels(design: Design, flank: str, pattern: ContactPattern) -> list[
     """Return the pattern on pinion and gear: areas on the flattened flank, and a patch for the 3D view.
 
     `bands` are areas of growing separation, each a list of closed polygons; the last is the pattern. The
-    patch has points (mm, in the frame of the member), so that rows and columns are counter-clockwise seen
-    from outside the tooth, the level (square root of the separation less that of
-    the limit, both in mm; negative inside the pattern), and the tolerance of its triangles in mm.
+    patch has points (mm, in the frame of the member), the level (square root of the separation less that of
+    the limit, both in mm; negative inside the pattern), and the tolerance of its triangles in mm. Seen from
+    outside the tooth, the direction of increasing columns is counter-clockwise from that of increasing rows.
     """
     panels = []
     for member, side in zip(design.members, (pattern.pinion, pattern.gear), strict=True):
@@ -139,7 +139,7 @@ def _patch(side: MemberPattern, separation: float, module: float) -> dict[str, A
     edge = float(np.sqrt(separation))
     level = np.sqrt(np.maximum(side.least[np.ix_(*picked)], 0.0)) - edge
     points = points + LIFT_MODULES * module * outwards * normal
-    if outwards > 0.0:  # so that depth, face and outwards are a right-handed system
+    if outwards > 0.0:  # then rows, columns and outward normal are right-handed
         points, level = points[:, ::-1], level[:, ::-1]
     return {
         "size": list(points.shape[:2]),

@@ -86,6 +86,7 @@ def error_rates(path: SurfacePaths, cases: Integers, state: FloatArray, sense: F
     (x, y), (px, py) = met.point[:2], gear_jet.plane[0]
     (sx, sy), (zx, zy) = gear_jet.plane[1:3]
     square = x * x + y * y
+    # Half of the derivatives of the square of the gear radius by s2 and z2.
     plane_s, plane_z = px * sx + py * sy, px * zx + py * zy
     turn_s, turn_z = (px * sy - py * sx) / square, (px * zy - py * zx) / square
     # Derivatives of P, P_s and P_z by the errors (3, 4, n), and of z2.
@@ -102,12 +103,12 @@ def error_rates(path: SurfacePaths, cases: Integers, state: FloatArray, sense: F
     side = np.array((-normal[1], normal[0], np.zeros(count)))
     first = met.moves[:, :2]
     change = by_z[:, None] * high + side[:, None] * spin
-    plane_change = (first * (by_s - side * turn_s)[:, None]).sum(axis=0)
+    rate_by_s2 = (first * (by_s - side * turn_s)[:, None]).sum(axis=0)
     equations = np.stack(
         [
             (change * first[:, k, None]).sum(axis=0)
             + (normal[:, None] * moved[1 + k]).sum(axis=0)
-            + plane_change[k] * follow
+            + rate_by_s2[k] * follow
             for k in (0, 1)
         ]
     )

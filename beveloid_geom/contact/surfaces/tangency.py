@@ -142,10 +142,10 @@ class Contacts:
     def error(self) -> FloatArray:
         """The relative difference of the radii or the sine of the angle between the flanks (n,), whichever is
         larger."""
-        square, plane_square = ((x * x).sum(axis=0) for x in (self.point[:2], self.jets[1].plane[0]))
+        square, gear_square = ((x * x).sum(axis=0) for x in (self.point[:2], self.jets[1].plane[0]))
         tangents = self.moves[:, :2]
         sines = (self.normal[:, None] * tangents).sum(axis=0) / np.sqrt((tangents * tangents).sum(axis=0))
-        return np.asarray(np.maximum(0.5 * np.abs(square - plane_square) / square, np.abs(sines).max(axis=0)))
+        return np.asarray(np.maximum(0.5 * np.abs(square - gear_square) / square, np.abs(sines).max(axis=0)))
 
     @property
     def opposed(self) -> Mask:
@@ -207,23 +207,24 @@ def contacts_at(surfaces: Surfaces, placed: PairPlacement, state: FloatArray) ->
     # Gear: the touched point, its angle about the axis and its normal.
     other = jet_at(surfaces.gear, s2, z2)
     (px, py), (sx, sy), (zx, zy) = other.plane[:3]
-    square, plane_square = x * x + y * y, px * px + py * py
+    square, gear_square = x * x + y * y, px * px + py * py
+    # Half of the derivatives of the square of the gear radius by s2 and z2.
     plane_s, plane_z = px * sx + py * sy, px * zx + py * zy
-    scale = 1.0 / np.sqrt(square * plane_square)
+    scale = 1.0 / np.sqrt(square * gear_square)
     turn = (x * px + y * py) * scale, (y * px - x * py) * scale
     rows = turned_about_gear(normals_of(other), turn)  # (3, 3, n)
     normal = rows[:, 0]
     side = np.array((-normal[1], normal[0]))
     # Steps by s1, z1, rho: (3, 3, n), and dG by them and by s2.
     by = moved[:, [1, 2, 6]]
-    spin = (x * by[1] - y * by[0]) / square - (px * zy - py * zx) / plane_square * by[2]
+    spin = (x * by[1] - y * by[0]) / square - (px * zy - py * zx) / gear_square * by[2]
     change = rows[:, 2][:, None] * by[2]
     change[:2] += side[:, None] * spin
     s2_change = rows[:, 1].copy()
-    s2_change[:2] -= side * ((px * sy - py * sx) / plane_square)
+    s2_change[:2] -= side * ((px * sy - py * sx) / gear_square)
     # Elimination of s2.
     follow = np.empty((4, len(s1)))
-    follow[0] = 0.5 * (square - plane_square)
+    follow[0] = 0.5 * (square - gear_square)
     follow[1:] = x * by[0] + y * by[1] - plane_z * by[2]
     follow /= plane_s
     # Tangency by s (row 0) and by z (row 1).
@@ -231,9 +232,9 @@ def contacts_at(surfaces: Surfaces, placed: PairPlacement, state: FloatArray) ->
     value = (normal[:, None] * first).sum(axis=0)
     second = (normal[:, None] * moved[:, 3:]).sum(axis=0)  # ss, sz, zz, r, sr, zr
     gradient = (first[:, :, None] * change[:, None]).sum(axis=0) + second[[[0, 1, 4], [1, 2, 5]]]
-    plane_change = (first * s2_change[:, None]).sum(axis=0)
-    gradient += plane_change[:, None] * follow[1:]
-    residual = value + plane_change * follow[0]
+    rate_by_s2 = (first * s2_change[:, None]).sum(axis=0)
+    gradient += rate_by_s2[:, None] * follow[1:]
+    residual = value + rate_by_s2 * follow[0]
     return Contacts(
         state=state,
         residual=residual,

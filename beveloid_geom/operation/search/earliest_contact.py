@@ -21,7 +21,7 @@ from ..engagement import Engagement
 from .clearance_scan import Chart, Grid, Scan, chart_of, scan_grid, scan_of
 from .local_clearance import local_at
 from .minimum_clearance import ON_LIMIT_DEPTHS, LocalMinima, minimum_clearances, repeated
-from .search_starts import TIP_START_MODULES, fillet_edge_starts, near_fillets, starts_of
+from .search_starts import TIP_START_MODULES, near_fillets, starts_of, tip_edge_starts
 from .search_task import OVERLAP_PERIODS, Task
 from .undercut_edges import across_edges
 
@@ -271,7 +271,7 @@ def _searched(
     close = np.flatnonzero(least.converged & (least.f <= known[row] + TIP_START_MODULES * module))
     places = np.concatenate((row[None, close], np.rint(1e6 / grid.cell[0] * least.place[:, close])))
     close = close[~repeated(places)]
-    more = fillet_edge_starts(task.pick(close), least.place[:, close], grid)
+    more = tip_edge_starts(task.pick(close), least.place[:, close], grid)
     if more.row.size:
         again = close[more.row]
         near = task.pick(again).with_fillets_at(more.place)

@@ -235,7 +235,7 @@ def near_fillets(task: Task, starts: SearchStarts, grid: Grid) -> Mask:
     return np.asarray((starts.place[0] < start + spare) | ~(met >= task.gear.joint + spare))
 
 
-def fillet_edge_starts(task: Task, place: FloatArray, grid: Grid) -> SearchStarts:
+def tip_edge_starts(task: Task, place: FloatArray, grid: Grid) -> SearchStarts:
     """Return additional starts next to minima that were computed.
 
     Parameters

@@ -44,8 +44,8 @@ class Seen:
 
 
 def collect_messages(page: Page, messages: list[str]) -> None:
-    """Collect the messages of a page: errors, and texts of the console. The emulated WebGL has a remark of
-    its own, that the browser waits for the picture."""
+    """Collect the messages of a page: errors, and texts of the console. A message of
+    the emulated WebGL is left out: that the browser waits while pixels are read."""
 
     def collect(message: ConsoleMessage) -> None:
         if "GPU stall due to ReadPixels" not in message.text:

@@ -73,9 +73,9 @@ def draw(data: SpeedAccuracy, layout: theme.PageLayout) -> Drawing:
     """Draw error against time. No text outside the axes depends on a measured time."""
     note = (
         "Five equations: Eq. 15 of the paper; one equation: reduced from these. Time: median and range of"
-        " {runs} runs, without meshing. Error: largest of five positions, against"
-        " five equations at 60 digits (first contact: against polynomials of the mesh cycle). Along curves:"
-        " mesh tolerance, solver tolerance xtol, positions per call. Meshes find no edge contact."
+        " {runs} runs, without meshing and, except for paths, constants of the pair. Error: largest of five"
+        " positions, against five equations at 60 digits (first contact: against polynomials of the mesh"
+        " cycle). Along curves: mesh tolerance, xtol, positions per call. Meshes find no edge contact."
     )
     cells = PanelRows(left=1.25, right=0.4, across=0.0, down=0.0, most=1, least=4.0)
     # Places of the comparison of times that are tried: upper left corner, as fractions of the axes.

@@ -226,8 +226,8 @@ def _overlay(page: theme.Page, data: ModificationFigure, box: theme.PageBox) -> 
     depth, length = patch.point[8, 4] - patch.point[0, 4], patch.point[4, 8] - patch.point[4, 0]
     parts = patch.normal[4, 4], depth, length
     shares = zip(view_direction, parts, strict=True)
-    direction = sum(share * part / np.linalg.norm(part) for share, part in shares)
-    camera = fit_camera(patch.point, -np.asarray(direction), depth, box.size, margin=0.11)
+    towards_viewer = sum(share * part / np.linalg.norm(part) for share, part in shares)
+    camera = fit_camera(patch.point, -np.asarray(towards_viewer), depth, box.size, margin=0.11)
     mm_per_px = camera.mm_per_px(box.size)
     mm_per_point = mm_per_px * page.dpi / 72.0
     items, labels = _terraces(data, 0.25 * mm_per_px, 1.3 * mm_per_point, camera.axes[2])
