@@ -56,6 +56,11 @@ class AxisPositions:
     cos: FloatArray
     position: FloatArray
 
+    @property
+    def versine(self) -> FloatArray:
+        """Return 1 - cos, without the rounding of small angles."""
+        return np.asarray(self.sin * self.sin / (1.0 + self.cos))
+
     def at(self, index: Integers) -> AxisPositions:
         """Return the positions with the numbers `index` along the last axis, or the only one, (1,)."""
         if self.offset.shape == (1,):
@@ -136,11 +141,11 @@ def seen_by_other(
     x, y, z : ndarray
         Coordinates in the fixed frame of the mate, z from its mid-face, mm.
     """
-    z = z + axes.position[member]
+    given, z = z, z + axes.position[member]
     return (
         axes.offset - x,
         axes.sin * z - axes.cos * y,
-        axes.sin * y + axes.cos * z - axes.position[1 - member],
+        axes.sin * y + given + (axes.position[member] - axes.position[1 - member] - axes.versine * z),
     )
 
 

@@ -13,7 +13,7 @@ from ..contact.parallel.lines import touches_along_lines
 from ..contact.path import path_of_contact
 from ..contact.path_polynomial import PHASE, exact_rows
 from ..contact.surfaces.problems import with_line_crowning
-from ..design.model import Design, Pair
+from ..design.model import PARALLEL_AXES_SINE, Design, Pair
 from ..gear.tooth_side import ToothSurface, angle_of, cut_at, surface_of
 from ..pair.mounting import limit_phase, mounting_of
 from ..support.frozen_arrays import cached
@@ -170,7 +170,12 @@ def conjugate_phase(design: Design, flank: str) -> FloatArray:
     ndarray
         rad, of the batch shape; NaN for a design without mounting distances.
     """
-    plain = design.bare()
+    ratio = np.asarray(design.pinion.teeth / design.gear.teeth)
+    return _plain_phase(design.bare(), flank) + (1.0 + ratio) * turned_by_errors(design)
+
+
+def _plain_phase(plain: Design, flank: str) -> FloatArray:
+    """Return the conjugate phase of a pair without modifications and errors."""
     find = _conjugate_phase if plain.batch_shape else _cached_phase
     phase = find(plain, flank)
     if not np.isnan(phase).any():
@@ -184,9 +189,9 @@ def conjugate_phase(design: Design, flank: str) -> FloatArray:
     aside = gear * axes.sin
     turn = np.arctan2(aside, axes.offset)
     parallel = Pair(np.hypot(aside, axes.offset), 0.0, pinion - gear, 0.0)
-    ratio = np.asarray(design.pinion.teeth / design.gear.teeth)
+    ratio = np.asarray(plain.pinion.teeth / plain.gear.teeth)
     on_parallel = find(replace(plain, pair=parallel), flank) + (1.0 + ratio) * turn
-    return np.where(lost, np.where(np.isnan(on_parallel), limit_phase(design, flank), on_parallel), phase)
+    return np.where(lost, np.where(np.isnan(on_parallel), limit_phase(plain, flank), on_parallel), phase)
 
 
 def _conjugate_phase(plain: Design, flank: str) -> FloatArray:
@@ -217,12 +222,27 @@ def pitch_point_roll(design: Design, flank: str) -> FloatArray:
     x, y = (mounting.pitch_point[..., k] for k in (0, 1))
     # On intersecting axes the pitch point is in the plane x = 0, except for rounding.
     far = ~((x > -1e-9 * surface.tip) & (np.abs(np.hypot(x, y) - surface.tip) < 0.5 * surface.tip))
-    # y of the point of the gear's axis that is nearest to the pinion's mid-face.
-    across = np.nan_to_num(axes.position[0] * axes.sin * axes.cos)
-    x, y = np.where(far, np.nan_to_num(axes.offset), x), np.where(far, across, y)
+    turn = np.where(far, direction_at_mesh(axes), np.arctan2(y, x) + turned_by_errors(design))
     z, apex = _pitch_height(design, surface), float(design.pinion.tool.parabola_apex)
     # On the reference line of the tool; s is measured from the apex of the parabola.
-    return np.asarray(np.arctan2(y, x) - angle_of(cut_at(surface, np.zeros_like(z) - apex, z)))
+    return np.asarray(turn - angle_of(cut_at(surface, np.zeros_like(z) - apex, z)))
+
+
+def direction_at_mesh(axes: AxisPositions) -> FloatArray:
+    """Return the angle (rad) about the pinion axis of the point of the gear's axis that is nearest to the
+    pinion's mid-face, from the common perpendicular."""
+    across = np.nan_to_num(axes.position[0] * axes.sin * axes.cos)
+    return np.asarray(np.arctan2(across, np.nan_to_num(axes.offset)))
+
+
+def turned_by_errors(design: Design) -> FloatArray:
+    """Return the angle (rad) by which the errors of parallel axes turn the common perpendicular about the
+    pinion axis; 0 for other axes.
+
+    A small tilt turns it, because the axes then cross far away from the gears. Rolls are measured from the
+    common perpendicular."""
+    parallel = np.sin(design.pair.shaft_angle) <= PARALLEL_AXES_SINE
+    return np.where(parallel, direction_at_mesh(axes_of(design)), 0.0) if parallel.any() else np.zeros(())
 
 
 def _pitch_height(design: Design, surface: ToothSurface) -> FloatArray:
