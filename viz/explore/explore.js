@@ -118,6 +118,7 @@
     const place = inputs.errors_at.select.value;
     ask(place, ({ values: equivalent }) => {
       Object.assign(values, equivalent, { errors_at: place });
+      say("");
       show();
       commit();
       send();
@@ -155,6 +156,7 @@
   function change(name, value, input) {
     values[name] = value;
     send(); // first, as the server takes longer than the page
+    say("");
     show(input);
   }
 
@@ -168,6 +170,7 @@
   function replace(others) {
     values = { ...others };
     committed = { ...values };
+    say("");
     show();
     if (view.flank && view.flank() !== values.flank) view.drive(values.flank);
     send();
@@ -176,6 +179,7 @@
   function setFlank(flank) {
     if (values.flank === flank) return;
     values.flank = flank;
+    say("");
     commit();
     if (view.flank && view.flank() !== flank) view.drive(flank);
     send();
@@ -314,8 +318,10 @@
       number?.setAttribute("aria-invalid", String(faults.some((fault) => fault.name === name)));
   }
 
+  // Shows the answer to an action. The answer belongs to the values at that time, so that it is removed when a
+  // value changes.
   function say(words) {
-    find("answer").textContent = words;
+    write(find("answer"), words);
   }
 
   function draw() {
