@@ -330,19 +330,21 @@
     drawFigures();
   }
 
+  // A grey picture can have other flanks than the start, which has those of the controls.
+  const startOfShown = () => (comparing && start?.flank === now.flank ? start : null);
   const panelWidth = () => Math.max(260, Math.floor(find("panels").clientWidth));
 
   function drawFlanks() {
     if (!now?.flanks) return;
-    const [old, oldPatterns] = comparing ? [start?.flanks, start?.patterns] : [];
-    panels.flanks([find("pinion"), find("gear")], panelWidth(), now.flanks, now.patterns, old, oldPatterns);
-    find("side").textContent = values.flank === "right" ? "Right flanks, seen from outside." : "Left flanks, seen through the tooth.";
+    const old = startOfShown();
+    panels.flanks([find("pinion"), find("gear")], panelWidth(), now.flanks, now.patterns, old?.flanks, old?.patterns);
+    find("side").textContent = now.flank === "right" ? "Right flanks, seen from outside." : "Left flanks, seen through the tooth.";
     panels.key(find("flank-key"), ["path", "flank", "edge", "pattern", ...(comparing ? ["start"] : [])]);
   }
 
   function drawGraph() {
     if (!now?.graph) return;
-    panels.graph(find("graph"), panelWidth(), now.graph, comparing ? start?.graph : null);
+    panels.graph(find("graph"), panelWidth(), now.graph, startOfShown()?.graph);
     panels.key(find("graph-key"), ["operation", "operationEdge", "change", "alone", "aloneEdge", ...(comparing ? ["start"] : [])]);
   }
 
@@ -350,7 +352,7 @@
     if (!now?.flanks) return;
     find("figures").classList.toggle("compared", comparing);
     const listed = (figures) => Object.values(figures ?? {}).flat();
-    const before = new Map(listed(start?.figures).map((figure) => [figure.name, figure]));
+    const before = new Map(listed(startOfShown()?.figures).map((figure) => [figure.name, figure]));
     const cell = (figure) => (figure ? `${figure.text.replace("-", "\u2212")} ${figure.unit}` : "");
     const body = find("figures").tBodies[0],
       shownNow = listed(now.figures),
