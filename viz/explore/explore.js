@@ -23,6 +23,8 @@
     judged = false; // whether all remarks are shown
   let now = null,
     start = null; // results that are shown, and those of the start
+  let stages = [],
+    valid = []; // answers that are shown, one for each stage, and those of the last values that passed all stages
   let comparing = false,
     asked = 0, // number of the last request for the start
     compared = {}; // settings of this request
@@ -231,32 +233,53 @@
     mark(answer.faults ?? []);
     if ((answer.status ?? "solved") !== "solved") {
       shown = answer.id;
+      restore();
       const level = answer.status === "not computed" ? "unknown" : "error";
       verdict(level, `${REASONS[answer.status]}: ${answer.reason}`, []);
       judged = false;
       grey(Boolean(now));
     } else if (answer.stage === "motion") {
       shown = answer.id;
-      const before = now?.flank === answer.flank ? now : null; // the other flanks have another pattern
-      now = { ...before, ...answer, figures: figuresOf(before, answer) };
-      if (!before) pattern?.show(null);
+      const before = showStage(answer);
       grey(false);
       // Until all remarks are here, those of the previous values remain, so that the window does not jump.
       if (!before || !judged) judge(answer.remarks);
-      drawFlanks();
-      drawGraph();
-    } else if (answer.id === shown && answer.stage === "pattern") {
-      now = { ...now, patterns: answer.patterns, figures: figuresOf(now, answer) };
-      drawFlanks();
-      view.update?.(answer.frames, now.flank, answer.view);
-      pattern?.show(answer.patterns);
-    } else if (answer.id === shown && answer.stage === "remarks") {
-      now = { ...now, figures: figuresOf(now, answer) };
-      judge(answer.remarks);
-      judged = true;
+    } else if (answer.id === shown) {
+      showStage(answer);
+      if (answer.stage === "remarks") {
+        valid = stages;
+        judge(answer.remarks);
+        judged = true;
+      }
     }
     drawFigures();
     finished(answer);
+  }
+
+  // Shows flanks, motion graph and teeth of a stage. For the first stage, returns the results that were shown
+  // before, or null if they were of the other flanks.
+  function showStage(answer) {
+    const first = answer.stage === "motion",
+      before = !first || now?.flank === answer.flank ? now : null; // the other flanks have another pattern
+    stages = first ? [answer] : [...stages, answer];
+    now = { ...before, ...answer, figures: figuresOf(before, answer) };
+    if (first) {
+      if (!before) pattern?.show(null);
+      drawFlanks();
+      drawGraph();
+    } else if (answer.stage === "pattern") {
+      drawFlanks();
+      view.update?.(answer.frames, now.flank, answer.view);
+      pattern?.show(answer.patterns);
+    }
+    return before;
+  }
+
+  // Values can fail after their first stages have been shown: shows the last valid values again.
+  function restore() {
+    if (stages === valid || !valid.length) return;
+    valid.forEach(showStage);
+    stages = valid;
   }
 
   // Figures by stage; those of stages that are not here yet keep the previous value.
