@@ -23,6 +23,8 @@
     judged = false; // whether all remarks are shown
   let now = null,
     start = null; // results that are shown, and those of the start
+  let stages = [],
+    valid = []; // answers that are shown, one for each stage, and those of the last values that passed all stages
   let comparing = false,
     asked = 0, // number of the last request for the start
     compared = {}; // settings of this request
@@ -118,6 +120,7 @@
     const place = inputs.errors_at.select.value;
     ask(place, ({ values: equivalent }) => {
       Object.assign(values, equivalent, { errors_at: place });
+      say("");
       show();
       commit();
       send();
@@ -155,6 +158,7 @@
   function change(name, value, input) {
     values[name] = value;
     send(); // first, as the server takes longer than the page
+    say("");
     show(input);
   }
 
@@ -168,6 +172,7 @@
   function replace(others) {
     values = { ...others };
     committed = { ...values };
+    say("");
     show();
     if (view.flank && view.flank() !== values.flank) view.drive(values.flank);
     send();
@@ -176,6 +181,7 @@
   function setFlank(flank) {
     if (values.flank === flank) return;
     values.flank = flank;
+    say("");
     commit();
     if (view.flank && view.flank() !== flank) view.drive(flank);
     send();
@@ -227,32 +233,53 @@
     mark(answer.faults ?? []);
     if ((answer.status ?? "solved") !== "solved") {
       shown = answer.id;
+      restore();
       const level = answer.status === "not computed" ? "unknown" : "error";
       verdict(level, `${REASONS[answer.status]}: ${answer.reason}`, []);
       judged = false;
       grey(Boolean(now));
     } else if (answer.stage === "motion") {
       shown = answer.id;
-      const before = now?.flank === answer.flank ? now : null; // the other flanks have another pattern
-      now = { ...before, ...answer, figures: figuresOf(before, answer) };
-      if (!before) pattern?.show(null);
+      const before = showStage(answer);
       grey(false);
       // Until all remarks are here, those of the previous values remain, so that the window does not jump.
       if (!before || !judged) judge(answer.remarks);
-      drawFlanks();
-      drawGraph();
-    } else if (answer.id === shown && answer.stage === "pattern") {
-      now = { ...now, patterns: answer.patterns, figures: figuresOf(now, answer) };
-      drawFlanks();
-      view.update?.(answer.frames, now.flank, answer.view);
-      pattern?.show(answer.patterns);
-    } else if (answer.id === shown && answer.stage === "remarks") {
-      now = { ...now, figures: figuresOf(now, answer) };
-      judge(answer.remarks);
-      judged = true;
+    } else if (answer.id === shown) {
+      showStage(answer);
+      if (answer.stage === "remarks") {
+        valid = stages;
+        judge(answer.remarks);
+        judged = true;
+      }
     }
     drawFigures();
     finished(answer);
+  }
+
+  // Shows flanks, motion graph and teeth of a stage. For the first stage, returns the results that were shown
+  // before, or null if they were of the other flanks.
+  function showStage(answer) {
+    const first = answer.stage === "motion",
+      before = !first || now?.flank === answer.flank ? now : null; // the other flanks have another pattern
+    stages = first ? [answer] : [...stages, answer];
+    now = { ...before, ...answer, figures: figuresOf(before, answer) };
+    if (first) {
+      if (!before) pattern?.show(null);
+      drawFlanks();
+      drawGraph();
+    } else if (answer.stage === "pattern") {
+      drawFlanks();
+      view.update?.(answer.frames, now.flank, answer.view);
+      pattern?.show(answer.patterns);
+    }
+    return before;
+  }
+
+  // Values can fail after their first stages have been shown: shows the last valid values again.
+  function restore() {
+    if (stages === valid || !valid.length) return;
+    valid.forEach(showStage);
+    stages = valid;
   }
 
   // Figures by stage; those of stages that are not here yet keep the previous value.
@@ -314,8 +341,10 @@
       number?.setAttribute("aria-invalid", String(faults.some((fault) => fault.name === name)));
   }
 
+  // Shows the answer to an action. The answer belongs to the values at that time, so that it is removed when a
+  // value changes.
   function say(words) {
-    find("answer").textContent = words;
+    write(find("answer"), words);
   }
 
   function draw() {
@@ -324,19 +353,21 @@
     drawFigures();
   }
 
+  // A grey picture can have other flanks than the start, which has those of the controls.
+  const startOfShown = () => (comparing && start?.flank === now.flank ? start : null);
   const panelWidth = () => Math.max(260, Math.floor(find("panels").clientWidth));
 
   function drawFlanks() {
     if (!now?.flanks) return;
-    const [old, oldPatterns] = comparing ? [start?.flanks, start?.patterns] : [];
-    panels.flanks([find("pinion"), find("gear")], panelWidth(), now.flanks, now.patterns, old, oldPatterns);
-    find("side").textContent = values.flank === "right" ? "Right flanks, seen from outside." : "Left flanks, seen through the tooth.";
+    const old = startOfShown();
+    panels.flanks([find("pinion"), find("gear")], panelWidth(), now.flanks, now.patterns, old?.flanks, old?.patterns);
+    find("side").textContent = now.flank === "right" ? "Right flanks, seen from outside." : "Left flanks, seen through the tooth.";
     panels.key(find("flank-key"), ["path", "flank", "edge", "pattern", ...(comparing ? ["start"] : [])]);
   }
 
   function drawGraph() {
     if (!now?.graph) return;
-    panels.graph(find("graph"), panelWidth(), now.graph, comparing ? start?.graph : null);
+    panels.graph(find("graph"), panelWidth(), now.graph, startOfShown()?.graph);
     panels.key(find("graph-key"), ["operation", "operationEdge", "change", "alone", "aloneEdge", ...(comparing ? ["start"] : [])]);
   }
 
@@ -344,7 +375,7 @@
     if (!now?.flanks) return;
     find("figures").classList.toggle("compared", comparing);
     const listed = (figures) => Object.values(figures ?? {}).flat();
-    const before = new Map(listed(start?.figures).map((figure) => [figure.name, figure]));
+    const before = new Map(listed(startOfShown()?.figures).map((figure) => [figure.name, figure]));
     const cell = (figure) => (figure ? `${figure.text.replace("-", "\u2212")} ${figure.unit}` : "");
     const body = find("figures").tBodies[0],
       shownNow = listed(now.figures),

@@ -21,7 +21,7 @@ from beveloid_geom.design.field_limits import DesignError, Fault, refused
 from beveloid_geom.design.file import override
 from beveloid_geom.design.keys import ERRORS_AT, checked_table
 from beveloid_geom.design.limits import given_at_mesh_faults, mesh_error_faults
-from beveloid_geom.design.model import ErrorsAt
+from beveloid_geom.design.model import PARALLEL_AXES_SINE, ErrorsAt
 from beveloid_geom.design.modification import LENGTH_SUFFIX, kinds_of, length_of
 from beveloid_geom.pair.misalignment_at_mesh import at_mesh, from_mesh
 
@@ -30,6 +30,12 @@ from .controls import ERRORS, PLACES, Control, controls_of, measured
 Values = Mapping[str, Any]
 MAX_FILM_MM, MAX_TORQUE_NM = 10.0, 1e12
 """Limits of film thickness and torque, those of the commands."""
+TILTED_PARALLEL_AXES = (
+    "makes parallel axes intersect or cross far away from the gears, where the equivalent errors exceed their"
+    " limits: set it to 0"
+)
+"""Message for a tilt of parallel axes at the pitch point. A smaller tilt is no cure, as the axes then
+intersect even farther away."""
 
 
 @dataclass(frozen=True)
@@ -241,7 +247,12 @@ def _mounted_at_mesh(design: Design, given: Values, faults: list[Fault]) -> Desi
     errors = from_degrees(MeshErrors, **table)
     new = [*given_at_mesh_faults(design.pinion, design.pair, errors)]
     equivalent = Errors() if new else from_mesh(design, errors)
-    new += mesh_error_faults(design.pinion, equivalent)
+    too_large = [*mesh_error_faults(design.pinion, equivalent)]
+    parallel = abs(math.sin(design.pair.shaft_angle)) <= PARALLEL_AXES_SINE
+    if too_large and parallel and errors.out_of_plane != 0.0 and math.isfinite(equivalent.offset):
+        # Without the tilt, the equivalent errors are those given at the mesh, which are within their limits.
+        too_large = [Fault("", "out_of_plane_deg", TILTED_PARALLEL_AXES)]
+    new += too_large
     faults += [fault._replace(table="") for fault in new]
     return design if new else design.with_errors(equivalent)
 

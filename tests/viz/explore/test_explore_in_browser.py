@@ -23,7 +23,14 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.slow
 WATCH = """window.seen = [];
-document.addEventListener("explored", ({ detail }) => window.seen.push(detail));"""
+document.addEventListener("explored", ({ detail }) => window.seen.push(detail));
+window.received = [];
+window.WebSocket = class extends WebSocket {
+  constructor(...given) {
+    super(...given);
+    this.addEventListener("message", ({ data }) => window.received.push(JSON.parse(data)));
+  }
+};"""
 SETTLED = "window.seen.some(one => one.last && one.id === one.newest && one.newest >= %d)"
 DRAG = """async ([name, values]) => {
   const slider = document.querySelector(`#value-${name} ~ input`);
@@ -49,6 +56,8 @@ OUTSIDE = """() => [...document.querySelectorAll("#pinion text, #gear text, #gra
   return box.left < frame.left - 1 || box.right > frame.right + 1 || box.bottom > frame.bottom + 1;
 }).map((text) => text.textContent)"""
 STARTS = "[...document.querySelectorAll('#figures td.start')].map((e) => e.textContent.split(' ')[0])"
+WIDTH = "document.querySelector('#pinion').getAttribute('width')"
+STARTED = "window.received.some(one => one.kind === 'start' && one.last)"
 NAMELESS = """() => [...document.querySelectorAll("input, select, button")].filter((each) =>
   !(each.labels?.length || each.getAttribute("aria-label") || each.textContent.trim())).length"""
 
@@ -73,9 +82,14 @@ def window(browser: Browser, url: str, width: int = 1280, **options: Any) -> Ite
 
 def settled(page: Page, newest: int = 1) -> None:
     """Wait until the newest values are shown completely."""
+    wait_for(page, SETTLED % newest)
+
+
+def wait_for(page: Page, script: str) -> None:
+    """Wait until a script is true. The page forbids the way in which Playwright waits for scripts."""
     end = time.monotonic() + 30.0
-    while not page.evaluate(SETTLED % newest):
-        assert time.monotonic() < end, page.evaluate("JSON.stringify(window.seen)")
+    while not page.evaluate(script):
+        assert time.monotonic() < end, (script, page.evaluate("JSON.stringify(window.seen)"))
         time.sleep(0.05)
 
 
@@ -196,6 +210,75 @@ def test_refused_jammed_and_lost_pairs_grey_the_last_picture(browser: Browser, u
         assert figures(page) == before
 
 
+def test_a_pair_that_jams_in_the_last_stage_greys_the_last_valid_picture(
+    browser: Browser, url: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Flanks, motion graph, quantities and teeth are those of the valid values, not a mixture."""
+    with window(browser, url) as page:
+        drag(page, "offset_error", 0.05)
+
+        def shown() -> list[Any]:
+            parts = [page.locator(f"#{name}").inner_html() for name in ("pinion", "gear", "graph")]
+            return [*parts, figures(page), page.evaluate(PATTERN), page.evaluate(PATHS)]
+
+        valid = shown()
+        with monkeypatch.context() as patch:
+            patch.setattr("beveloid_viz.explore.calculation.SMALL_BACKLASH_MM", -1.0)
+            changed(page, lambda: page.get_by_label("Offset", exact=True).fill("-0.2"))
+            stages = page.evaluate("window.seen.filter(one => one.id === one.newest).map(one => one.stage)")
+        assert stages[-1] == "remarks"
+        assert page.locator("#verdict .words").inner_text().startswith("The pair jams")
+        assert page.locator("#panels.old").count() == 1
+        assert shown() == valid
+        changed(page, lambda: page.get_by_label("Offset", exact=True).fill("0.05"))
+        assert page.locator(".old").count() == 0
+        assert shown() == valid
+
+
+def test_a_grey_picture_keeps_its_flanks(browser: Browser, url: str) -> None:
+    """If the flanks change while a value is refused, the caption is that of the picture, and curves and
+    quantities of the start, which has the new flanks, are not shown with it."""
+    with window(browser, url) as page:
+        caption, right = page.locator("#side"), "Right flanks, seen from outside."
+        assert caption.inner_text() == right
+        before = figures(page)
+        changed(page, lambda: page.get_by_label("Offset", exact=True).fill("500"))
+        changed(page, lambda: page.get_by_label("Driving flanks").first.select_option("left"))
+        width = page.evaluate(WIDTH)
+        page.set_viewport_size({"width": 900, "height": 900})
+        wait_for(page, f"{WIDTH} !== '{width}'")
+        assert caption.inner_text() == right
+        alone = page.locator("#graph").inner_html()
+        page.get_by_role("button", name="Compare with start").click()
+        wait_for(page, STARTED)
+        assert caption.inner_text() == right
+        assert page.locator("#graph").inner_html() == alone
+        assert figures(page) == before
+        assert set(page.evaluate(STARTS)) == {""}
+        changed(page, lambda: page.get_by_label("Offset", exact=True).fill("0"))
+        assert caption.inner_text() == "Left flanks, seen through the tooth."
+        assert page.evaluate(STARTS) == list(figures(page).values())
+
+
+def test_the_answer_to_an_action_is_removed_with_the_next_value(browser: Browser, url: str) -> None:
+    with window(browser, url) as page:
+        answer, number = page.locator("#answer"), page.get_by_label("Offset", exact=True)
+        save = page.get_by_role("button", name="Save design file")
+        undo, flanks = page.get_by_role("button", name="Undo"), page.get_by_label("Driving flanks").first
+        changed(page, lambda: number.fill("500"))
+        save.click()
+        page.locator("#answer", has_text="must be between").wait_for()
+        changed(page, lambda: number.fill("0.05"))
+        assert answer.inner_text() == ""
+        page.keyboard.press("Tab")
+        for act in (lambda: flanks.select_option("left"), undo.click):
+            with page.expect_download():
+                save.click()
+            page.locator("#answer", has_text="Saved as").wait_for()
+            changed(page, act)
+            assert answer.inner_text() == ""
+
+
 def test_two_windows_are_independent(browser: Browser, url: str, modified: Design) -> None:
     with window(browser, url) as one, window(browser, url) as other:
         drag(one, "offset_error", 0.05)
@@ -254,6 +337,7 @@ def test_narrow_and_wide_dark_and_light(browser: Browser, url: str, width: int, 
         assert faint == []
 
 
+PATHS = "JSON.stringify(exploreView.gears.flanks.right.path)"
 PATTERN = """() => exploreView.gears.members.map(({ spin }) => {
   const { geometry } = spin.children.find((each) => each.renderOrder === 12);
   const at = geometry.attributes.position.array, corners = geometry.index.array;

@@ -108,6 +108,34 @@ def test_errors_at_the_mesh(modified: Design) -> None:
         start.read({"errors_at": "mesh", "in_plane_deg": -20.0})
 
 
+@pytest.mark.parametrize("others", [{}, {"in_plane_deg": 0.01}, {"centre_distance": 0.1, "gear_axial": -0.2}])
+@pytest.mark.parametrize("tilt", [1e-4, -0.02, 0.05])
+def test_a_tilt_of_parallel_axes_is_refused_by_its_name(tilt: float, others: dict[str, float]) -> None:
+    start = Start(builtin_design("anti-backlash"))
+    with pytest.raises(DesignError) as refusal:
+        start.read({"errors_at": "mesh", "out_of_plane_deg": tilt, **others})
+    (fault,) = refusal.value.parts
+    assert fault.key == "out_of_plane_deg"
+    assert fault.key in start.controls
+    assert "makes parallel axes intersect or cross far away from the gears" in fault.text
+    start.read({"errors_at": "mesh", "out_of_plane_deg": 0.0, **others})  # the cure of the message
+
+
+def test_a_tilt_of_parallel_axes_within_the_limits_is_accepted() -> None:
+    values = {"errors_at": "mesh", "in_plane_deg": 3.0, "out_of_plane_deg": 1.0}
+    design, _ = Start(builtin_design("anti-backlash")).read(values)
+    assert design.errors.pinion_axial == pytest.approx(412.4, abs=0.1)
+
+
+def test_axes_turned_nearly_parallel_by_the_in_plane_error_keep_their_message() -> None:
+    """There, a tilt of 0 would not be accepted either."""
+    start = Start(builtin_design("awd-transfer"))
+    for tilt in (0.01, 0.0):
+        with pytest.raises(DesignError, match="the equivalent pinion_axial") as refusal:
+            start.read({"errors_at": "mesh", "in_plane_deg": -3.99, "out_of_plane_deg": tilt})
+        assert "out_of_plane_deg" not in str(refusal.value)
+
+
 def test_the_other_place_describes_the_same_mounting(modified: Design) -> None:
     start = Start(modified)
     given = {"offset_error": 0.05, "shaft_angle_error_deg": 0.01, "pinion_axial_error": -0.2}
