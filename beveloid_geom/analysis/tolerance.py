@@ -158,12 +158,23 @@ class ToleranceStudy:
     def quantiles(self, shares: Sequence[float] = QUANTILE_SHARES) -> dict[str, FloatArray]:
         """Return the quantiles (shares) of all quantities, over the mountings with a path or with a known
         mesh cycle; NaN if there are none."""
-        solved = self.mountings.solved
-        values = {name: value[solved] for name, value in self.mountings.quantities().items()}
-        values |= self.cycles.quantities() if self.cycles else {}
-        known = {name: value[~np.isnan(value)] for name, value in values.items()}
+        known = {name: value[~np.isnan(value)] for name, value in self._values().items()}
         nothing = np.full(len(shares), np.nan)
         return {name: np.quantile(value, shares) if value.size else nothing for name, value in known.items()}
+
+    def known_shares(self) -> dict[str, float]:
+        """Return the share of the mountings with a path, or of those in operation, for which each quantity of
+        `quantiles` is known; NaN without such mountings."""
+        values = self._values()
+        return {
+            name: float(np.mean(~np.isnan(value))) if value.size else np.nan for name, value in values.items()
+        }
+
+    def _values(self) -> dict[str, FloatArray]:
+        """Return all quantities, of the mountings with a path and of those in operation."""
+        solved = self.mountings.solved
+        values = {name: value[solved] for name, value in self.mountings.quantities().items()}
+        return values | (self.cycles.quantities() if self.cycles else {})
 
 
 @dataclass(frozen=True)

@@ -256,7 +256,12 @@ def _jam_words(study: ToleranceStudy) -> str:
     """Return the share of mountings that cannot be assembled, and how certain it is."""
     counts = jam_counts(study)
     jammed, certain, unknown = (_percent(count, study.cases) for count in counts.values())
-    text = f"{jammed} of the mountings cannot be assembled, judged by the backlash of the flanks without edge"
+    if counts["backlash_unknown"] == study.cases:
+        return "not known, because the backlash does not follow from paths that end at an end of a face"
+    text = f"not known for {unknown} of the mountings; " if counts["backlash_unknown"] else ""
+    text += (
+        f"{jammed} of the mountings cannot be assembled, judged by the backlash of the flanks without edge"
+    )
     text += " contact"
     if (study.mountings.tangency == Tangency.ESTIMATE).any():
         text += "; an estimate, because negative relative curvature or tips near fillets reduce the backlash"
@@ -264,7 +269,7 @@ def _jam_words(study: ToleranceStudy) -> str:
         text += (
             f"; certain for {certain} of the mountings; edge contact may change the backlash of the others"
         )
-    return f"{text}; not known in {unknown}" if counts["backlash_unknown"] else text
+    return text
 
 
 def tolerance_words(tolerances: Tolerances) -> str:
@@ -316,7 +321,15 @@ def _quantile_lines(study: ToleranceStudy) -> str:
         "cycle_peak_to_peak": "error of all teeth, arcsec",
         "film_ratio": f"contact ratio, {1e3 * MARKING_SEPARATION_MM:g} um film",
     }
+    # Quantiles of few known values would be biased.
+    least_known_share = 0.9
+    few = [name for name, share in study.known_shares().items() if share < least_known_share]
     for name in (*quantities, *cycle_values):
-        values = np.append(nominal[name], spread[name])
-        rows.append((labels.get(name) or label(name), [known_number(name, value) for value in values]))
-    return labelled_lines(rows, label_width=28, cell_width=12)
+        known = np.full(len(SHOWN_SHARES), np.nan) if name in few else spread[name]
+        numbers = [known_number(name, value) for value in np.append(nominal[name], known)]
+        rows.append((labels.get(name) or label(name), numbers))
+    text = labelled_lines(rows, label_width=28, cell_width=12)
+    if few:
+        names = ", ".join((labels.get(name) or label(name)).split(",")[0] for name in few)
+        text += f"no quantiles, because the values of less than 90 % of the mountings are known: {names}\n"
+    return text

@@ -16,9 +16,12 @@ import pytest
 from beveloid_geom import (
     Design,
     Errors,
+    Member,
     Modification,
+    Pair,
     Status,
     Tolerances,
+    Tool,
     mounted_backlash,
     path_of_contact,
     tolerance_study,
@@ -26,6 +29,7 @@ from beveloid_geom import (
 from beveloid_geom.analysis.mountings import PLACES, Mountings, swing_of
 from beveloid_geom.analysis.tolerance import (
     MOUNTINGS_PER_BLOCK,
+    USUAL,
     ToleranceStudy,
     drawn_errors,
     tolerance_studies,
@@ -308,3 +312,26 @@ def test_range_of_a_parabola_with_its_extremum_between_values(sign: float, place
     expected = max(place, 1.0 - place) ** 2
     assert swing_of(values) == pytest.approx(expected, rel=1e-14)
     np.testing.assert_allclose(swing_of(np.stack([values, 3.0 * values])), [expected, 3.0 * expected])
+
+
+def test_few_known_backlashes_have_no_quantiles() -> None:
+    """Paths of crowned helical teeth on parallel axes end at an end of a face: their backlash is not known
+    from the paths, in almost all mountings."""
+    crowned = Modification(helix_crowning_um=8.0, tip_relief_um=12.0, tip_relief_length_mm=1.5)
+    pinion, gear = (
+        Member(Tool(3.0, np.radians(20.0)), teeth, np.radians(helix), 0.0, shift, width)
+        for teeth, helix, shift, width in ((9, 18.0, 0.1, 30.0), (40, -18.0, 0.0, 28.0))
+    )
+    gear = gear.modified(Modification(profile_crowning_um=5.0))
+    design = Design(pinion.modified(crowned), gear, Pair(77.6, 0.0))
+    study = tolerance_study(design, USUAL, "right", 50)
+    share = study.known_shares()["normal_backlash"]
+    assert share == np.isfinite(study.mountings.normal_backlash).mean() < 0.5
+    text = ToleranceReport("x", design, study).summary()
+    assert (
+        "no quantiles, because the values of less than 90 % of the mountings are known: normal backlash\n"
+        in text
+    )
+    assert "not known" in text.split("jammed")[1].split("\n")[0]
+    (row,) = [line for line in text.splitlines() if line.startswith("normal backlash, mm")]
+    assert row.split()[-5:] == ["-"] * 5

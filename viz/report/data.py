@@ -21,6 +21,7 @@ from beveloid_geom.analysis.tolerance import MOUNTINGS_PER_BLOCK, USUAL, Toleran
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION_MM
 from beveloid_geom.findings.diagnostics import NOTE, UNKNOWN, Remark, in_order
 from beveloid_geom.findings.path import first_contact_fault, reason_of
+from beveloid_geom.operation.backlash_by_tangency import Tangency
 from beveloid_geom.operation.contact_pattern.motion import UnknownOperationError
 from beveloid_geom.pair.misalignment import mounted
 from beveloid_geom.report.check import check_report
@@ -379,8 +380,8 @@ SECTIONS: dict[str, Callable[[str, Design, str, ReportSettings], Section]] = {
 def failed_mountings(studies: list[ToleranceStudy | None]) -> dict[str, int]:
     """Count the mountings that fail: without contact on a flank, with a contact ratio below 1, or jammed.
 
-    Both flanks have the same random errors. The counts are given together and for each kind; empty without
-    studies.
+    Both flanks have the same random errors. The counts are given together and for each kind, with the number
+    of other mountings of which it is not known whether they jam (`jam_unknown`); empty without studies.
     """
     known = [study.mountings for study in studies if study is not None]
     if not known:
@@ -390,6 +391,8 @@ def failed_mountings(studies: list[ToleranceStudy | None]) -> dict[str, int]:
     jammed = np.any([one.jammed for one in known], axis=0)
     kinds = {"without_contact": without_path, "contact_ratio_below_1": short, "jammed": jammed}
     masks = {"failed": np.any(list(kinds.values()), axis=0)} | kinds
+    unknown = np.any([one.tangency == Tangency.UNKNOWN for one in known], axis=0)
+    masks["jam_unknown"] = unknown & ~masks["failed"]
     counts = {name: int(np.count_nonzero(mask)) for name, mask in masks.items()}
     return {"cases": int(without_path.size), **counts}
 
