@@ -160,6 +160,9 @@ def conjugate_phase(design: Design, flank: str) -> FloatArray:
     flanks have no contact near the face, it is the phase of parallel axes at the distance that the axes have
     at the mesh, provided that the flanks are conjugate on parallel axes. Otherwise it is `limit_phase`.
 
+    Rolls are measured from the common perpendicular of the axes with errors. On parallel axes, errors can
+    turn it (`turned_by_errors`).
+
     Parameters
     ----------
     design : Design
