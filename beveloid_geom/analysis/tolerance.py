@@ -163,15 +163,15 @@ class ToleranceStudy:
         return {name: np.quantile(value, shares) if value.size else nothing for name, value in known.items()}
 
     def known_shares(self) -> dict[str, float]:
-        """Return the share of the mountings with a path, or of those in operation, for which each quantity of
-        `quantiles` is known; NaN without such mountings."""
+        """Return the share of the mountings for which each quantity of `quantiles` is known: of those with a
+        path, for quantities of the mesh cycle of all in `cycles`; NaN without such mountings."""
         values = self._values()
         return {
             name: float(np.mean(~np.isnan(value))) if value.size else np.nan for name, value in values.items()
         }
 
     def _values(self) -> dict[str, FloatArray]:
-        """Return all quantities, of the mountings with a path and of those in operation."""
+        """Return the quantities of the mountings with a path, and those of all mesh cycles in `cycles`."""
         solved = self.mountings.solved
         values = {name: value[solved] for name, value in self.mountings.quantities().items()}
         return values | (self.cycles.quantities() if self.cycles else {})

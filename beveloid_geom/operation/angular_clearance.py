@@ -59,7 +59,7 @@ class AxisPositions:
     @property
     def versine(self) -> FloatArray:
         """Return 1 - cos, without the rounding of small angles."""
-        return np.asarray(self.sin * self.sin / (1.0 + self.cos))
+        return np.asarray(2.0 * np.sin(0.5 * np.arctan2(self.sin, self.cos)) ** 2)
 
     def at(self, index: Integers) -> AxisPositions:
         """Return the positions with the numbers `index` along the last axis, or the only one, (1,)."""

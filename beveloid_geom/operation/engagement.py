@@ -239,12 +239,12 @@ def direction_at_mesh(axes: AxisPositions) -> FloatArray:
 
 
 def turned_by_errors(design: Design) -> FloatArray:
-    """Return the angle (rad) by which the errors of parallel axes turn the common perpendicular about the
-    pinion axis; 0 for other axes.
+    """Return the angle (rad) about the pinion axis from the common perpendicular with errors to that without
+    errors, for parallel axes; 0 for other axes.
 
-    A small tilt turns it, because the axes then cross far away from the gears. Rolls are measured from the
-    common perpendicular."""
-    parallel = np.sin(design.pair.shaft_angle) <= PARALLEL_AXES_SINE
+    A small tilt turns the perpendicular, because the axes then cross far away from the gears. Rolls are
+    measured from the perpendicular with errors: this angle is added to those of the pair without errors."""
+    parallel = np.abs(np.sin(design.pair.shaft_angle)) <= PARALLEL_AXES_SINE
     return np.where(parallel, direction_at_mesh(axes_of(design)), 0.0) if parallel.any() else np.zeros(())
 
 

@@ -20,7 +20,7 @@ from ..findings.diagnostics import NOTE, UNKNOWN, WARNING, Remark, remarks_data
 from ..findings.path import batch_reason
 from ..operation.backlash_by_tangency import Tangency
 from ..status import FirstStatus, Limit, Status
-from .columns import known_number, label, labelled_lines, scaled
+from .columns import heading, known_number, label, labelled_lines, scaled
 from .result import ResultReport, Rows, name_in_files, picked, plain, status_name
 from .text import line, mounted_lines, remark_lines, status_words, unit_of
 
@@ -257,7 +257,7 @@ def _jam_words(study: ToleranceStudy) -> str:
     counts = jam_counts(study)
     jammed, certain, unknown = (_percent(count, study.cases) for count in counts.values())
     if counts["backlash_unknown"] == study.cases:
-        return "not known, because the backlash does not follow from paths that end at an end of a face"
+        return "not known, because the backlash of no mounting follows from its paths of contact"
     text = f"not known for {unknown} of the mountings; " if counts["backlash_unknown"] else ""
     text += (
         f"{jammed} of the mountings cannot be assembled, judged by the backlash of the flanks without edge"
@@ -330,6 +330,6 @@ def _quantile_lines(study: ToleranceStudy) -> str:
         rows.append((labels.get(name) or label(name), numbers))
     text = labelled_lines(rows, label_width=28, cell_width=12)
     if few:
-        names = ", ".join((labels.get(name) or label(name)).split(",")[0] for name in few)
+        names = "; ".join(map(heading, few))
         text += f"no quantiles, because the values of less than 90 % of the mountings are known: {names}\n"
     return text
