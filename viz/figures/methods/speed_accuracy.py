@@ -73,7 +73,7 @@ def draw(data: SpeedAccuracy, layout: theme.PageLayout) -> Drawing:
     """Draw error against time. No text outside the axes depends on a measured time."""
     note = (
         "Five equations: Eq. 15 of the paper; one equation: reduced from these. Time: median and range of"
-        " {runs} runs, without meshing and, except for paths, constants of the pair. Error: largest of five"
+        " {runs} runs, without meshing and, except for paths, pair constants. Error: largest of five"
         " positions, against five equations at 60 digits (first contact: against polynomials of the mesh"
         " cycle). Along curves: mesh tolerance, xtol, positions per call. Meshes find no edge contact."
     )
