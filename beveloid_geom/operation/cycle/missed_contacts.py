@@ -172,16 +172,18 @@ def _ahead(
     """Return f of followed contacts minus f of the segments (n,) and their limits (8, n), mm, NaN without
     a contact; and the contacts within the limits that are earlier than the segments."""
     # Three steps, the last one up to 3e-4 depths, find the same contacts as four steps, the last one up to
-    # 1e-7: steps decrease quadratically. The error of f, about 1e-11 mm, is sufficient for the comparison.
+    # 1e-7: steps decrease quadratically. Contacts that seem to be earlier are then solved exactly.
     values, margin, within = followed_contacts(engagement, *followed, most=3, last_step_depths=3e-4)
     case, roll, _, limit, pair = followed
-    ahead = values[0] - segments.values_at(segments.number(engagement, case, roll), roll, 1)[0]
-    row = np.flatnonzero(within & (ahead < -LATE_ROLL_RAD * engagement.lever))
+    there = segments.values_at(segments.number(engagement, case, roll), roll, 1)[0]
+    ahead, least = values[0] - there, -LATE_ROLL_RAD * engagement.lever
+    row = np.flatnonzero(within & (ahead < least))
     values = values[:, row]
-    if row.size:  # solve these exactly
+    if row.size:
         start = case[row], roll[row], values[1:3], limit[:, row], pair[row]
         values, _, within = followed_contacts(engagement, *start)
-        row, values = row[within], values[:, within]
+        early = within & (values[0] - there[row] < least)
+        row, values = row[early], values[:, early]
     solved = np.full(row.size, FirstStatus.SOLVED, dtype=np.int8)
     contacts = Found(values[0], values[1:3], values[3:], limit[:, row], pair[row], solved)
     return ahead, margin, samples_of(case[row], roll[row], contacts)
