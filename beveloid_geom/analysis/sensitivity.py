@@ -188,8 +188,9 @@ def path_sensitivity(
         cases_per_block = 256
         for start in range(0, 0 if modified else cases, cases_per_block):
             block = np.arange(start, min(start + cases_per_block, cases))
-            known = None if design.batch_shape else generated_paths(design, flank)  # cached
-            for group in known or paths_on_flanks(pairing.cases(block)):
+            single = not design.batch_shape  # then the path may be known
+            groups = generated_paths(design, flank) if single else paths_on_flanks(pairing.cases(block))
+            for group in groups:
                 group_cases = block[group.cases]
                 table[:, group_cases], scalars[:, group_cases] = _of_group(group)
                 limit[group_cases], status[group_cases] = group.ends.limit, group.ends.status

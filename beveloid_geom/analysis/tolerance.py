@@ -47,6 +47,8 @@ BLOCKS_PER_TASK = 4
 """Number of blocks that a worker process solves in one task."""
 CYCLE_COST_PATHS = 48
 """Cost of a mounting in operation relative to that of its path, for the progress."""
+LEAST_KNOWN_SHARE = 0.9
+"""Share of known values below which there are no quantiles."""
 QUANTILE_SHARES = (0.0, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 1.0)
 """Probabilities for which a report has quantiles."""
 
@@ -156,25 +158,18 @@ class ToleranceStudy:
         return int(np.count_nonzero(changed & self.mountings.solved))
 
     def quantiles(self, shares: Sequence[float] = QUANTILE_SHARES) -> dict[str, FloatArray]:
-        """Return the quantiles (shares) of all quantities, over the mountings with a path or with a known
-        mesh cycle; NaN if there are none."""
-        known = {name: value[~np.isnan(value)] for name, value in self._values().items()}
-        nothing = np.full(len(shares), np.nan)
-        return {name: np.quantile(value, shares) if value.size else nothing for name, value in known.items()}
-
-    def known_shares(self) -> dict[str, float]:
-        """Return the share of the mountings for which each quantity of `quantiles` is known: of those with a
-        path, for quantities of the mesh cycle of all in `cycles`; NaN without such mountings."""
-        values = self._values()
-        return {
-            name: float(np.mean(~np.isnan(value))) if value.size else np.nan for name, value in values.items()
-        }
-
-    def _values(self) -> dict[str, FloatArray]:
-        """Return the quantities of the mountings with a path, and those of all mesh cycles in `cycles`."""
+        """Return the quantiles (shares) of all quantities: over the mountings with a path, and for quantities
+        of the mesh cycle over those in `cycles`. They are NaN if less than LEAST_KNOWN_SHARE of the values
+        are known, because quantiles of few known values would be biased."""
         solved = self.mountings.solved
         values = {name: value[solved] for name, value in self.mountings.quantities().items()}
-        return values | (self.cycles.quantities() if self.cycles else {})
+        values |= self.cycles.quantities() if self.cycles else {}
+        quantiles = dict.fromkeys(values, np.full(len(shares), np.nan))
+        for name, value in values.items():
+            known = value[~np.isnan(value)]
+            if known.size >= max(1.0, LEAST_KNOWN_SHARE * value.size):
+                quantiles[name] = np.quantile(known, shares)
+        return quantiles
 
 
 @dataclass(frozen=True)

@@ -141,12 +141,11 @@ def seen_by_other(
     x, y, z : ndarray
         Coordinates in the fixed frame of the mate, z from its mid-face, mm.
     """
-    given, z = z, z + axes.position[member]
-    return (
-        axes.offset - x,
-        axes.sin * z - axes.cos * y,
-        axes.sin * y + given + (axes.position[member] - axes.position[1 - member] - axes.versine * z),
-    )
+    position, other = axes.position[member], axes.position[1 - member]
+    ahead = z + position
+    # cos (z + p1) - p2, without the rounding of large positions of nearly parallel axes.
+    high = z + (position - other - axes.versine * ahead)
+    return axes.offset - x, axes.sin * ahead - axes.cos * y, axes.sin * y + high
 
 
 def pitch_shift(design: Design, pair: ArrayLike) -> tuple[FloatArray, FloatArray]:

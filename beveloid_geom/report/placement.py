@@ -47,7 +47,7 @@ class PlaceReport(ResultReport[Placement]):
         """Results of each place by name, mm and rad."""
         result, places = self.result, []
         figures = vars(result) | {"off_centre": result.l - result.wanted_l}
-        placed = (
+        names = [
             "z",
             "l",
             "off_centre",
@@ -55,12 +55,12 @@ class PlaceReport(ResultReport[Placement]):
             "cycle_peak_to_peak",
             "edge_share",
             "normal_backlash",
-        )
+        ]
         for k, code in enumerate(result.status.tolist()):
             place: dict[str, Any] = {"at": result.at[k], "status": plain(PlaceStatus(code))}
             place |= {f"{name}_error": result.errors[k, j] for j, name in enumerate(result.by)}
             place |= {name: values[k] for name, values in distances_of(result).items()}
-            place |= {name: figures[name][k] for name in placed} | {"jammed": bool(result.jammed[k])}
+            place |= {name: figures[name][k] for name in names} | {"jammed": bool(result.jammed[k])}
             place |= {f"exact_{name}_error": result.exact[k, j] for j, name in enumerate(result.by)}
             places.append(place)
         return places

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..analysis.cycle_statistics import CycleStatistics
 from ..analysis.mountings import PLACES
-from ..analysis.tolerance import QUANTILE_SHARES, Tolerances, ToleranceStudy
+from ..analysis.tolerance import LEAST_KNOWN_SHARE, QUANTILE_SHARES, Tolerances, ToleranceStudy
 from ..arrays import MEMBERS, Mask
 from ..contact.ellipse import MARKING_SEPARATION_MM
 from ..contact.parallel.lines import is_line_contact
@@ -259,10 +259,8 @@ def _jam_words(study: ToleranceStudy) -> str:
     if counts["backlash_unknown"] == study.cases:
         return "not known, because the backlash of no mounting follows from its paths of contact"
     text = f"not known for {unknown} of the mountings; " if counts["backlash_unknown"] else ""
-    text += (
-        f"{jammed} of the mountings cannot be assembled, judged by the backlash of the flanks without edge"
-    )
-    text += " contact"
+    text += f"{jammed} of the mountings cannot be assembled, judged by the backlash of the flanks"
+    text += " without edge contact"
     if (study.mountings.tangency == Tangency.ESTIMATE).any():
         text += "; an estimate, because negative relative curvature or tips near fillets reduce the backlash"
     if counts["jammed_for_sure"] < counts["jammed"]:
@@ -321,15 +319,11 @@ def _quantile_lines(study: ToleranceStudy) -> str:
         "cycle_peak_to_peak": "error of all teeth, arcsec",
         "film_ratio": f"contact ratio, {1e3 * MARKING_SEPARATION_MM:g} um film",
     }
-    # Quantiles of few known values would be biased.
-    least_known_share = 0.9
-    few = [name for name, share in study.known_shares().items() if share < least_known_share]
     for name in (*quantities, *cycle_values):
-        known = np.full(len(SHOWN_SHARES), np.nan) if name in few else spread[name]
-        numbers = [known_number(name, value) for value in np.append(nominal[name], known)]
-        rows.append((labels.get(name) or label(name), numbers))
+        values = np.append(nominal[name], spread[name])
+        rows.append((labels.get(name) or label(name), [known_number(name, value) for value in values]))
     text = labelled_lines(rows, label_width=28, cell_width=12)
-    if few:
-        names = "; ".join(map(heading, few))
-        text += f"no quantiles, because the values of less than 90 % of the mountings are known: {names}\n"
+    if few := [name for name, values in spread.items() if np.isnan(values).all()]:
+        least, names = f"{100.0 * LEAST_KNOWN_SHARE:g} %", "; ".join(map(heading, few))
+        text += f"no quantiles, because the values of less than {least} of the mountings are known: {names}\n"
     return text

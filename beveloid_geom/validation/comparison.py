@@ -301,12 +301,14 @@ def _by_one_equation(positions: ReferencePositions, size: float) -> Prepared:
         return design.with_errors(errors)
 
     def single() -> Answer:
+        """Solve the positions, each in a call."""
         # Only on flanks with a modification, a single position needs the path.
         each = another if is_modified(design, flank) else lambda: design
         paths = [path_of_contact(each(), flank, l1=l1) for l1 in positions.l1[:, None]]
         return np.concatenate([p.point for p in paths]), np.concatenate([p.gear_roll for p in paths])
 
     def path() -> Answer:
+        """Solve a path."""
         contact_path = path_of_contact(another(), flank, int(size))
         compared = slice(step, None, 2 * step)
         return contact_path.point[compared], contact_path.gear_roll[compared]

@@ -86,8 +86,7 @@ def error_rates(path: SurfacePaths, cases: Integers, state: FloatArray, sense: F
     (x, y), (px, py) = met.point[:2], gear_jet.plane[0]
     (sx, sy), (zx, zy) = gear_jet.plane[1:3]
     square = x * x + y * y
-    # Half of the derivatives of the square of the gear radius by s2 and z2.
-    plane_s, plane_z = px * sx + py * sy, px * zx + py * zy
+    half_square_s, half_square_z = px * sx + py * sy, px * zx + py * zy
     turn_s, turn_z = (px * sy - py * sx) / square, (px * zy - py * zx) / square
     # Derivatives of P, P_s and P_z by the errors (3, 4, n), and of z2.
     moved = np.zeros((3, 3, ERRORS, count))
@@ -97,7 +96,7 @@ def error_rates(path: SurfacePaths, cases: Integers, state: FloatArray, sense: F
     high = moved[0, 2].copy()
     high[3] -= 1.0
     # The touched point of the gear, its normal and its roll.
-    follow = (x * moved[0, 0] + y * moved[0, 1] - plane_z * high) / plane_s
+    follow = (x * moved[0, 0] + y * moved[0, 1] - half_square_z * high) / half_square_s
     spin = (x * moved[0, 1] - y * moved[0, 0]) / square - turn_z * high
     normal, by_s, by_z = turned_about_gear(normals_of(gear_jet), met.turn).swapaxes(0, 1)
     side = np.array((-normal[1], normal[0], np.zeros(count)))

@@ -208,8 +208,7 @@ def contacts_at(surfaces: Surfaces, placed: PairPlacement, state: FloatArray) ->
     other = jet_at(surfaces.gear, s2, z2)
     (px, py), (sx, sy), (zx, zy) = other.plane[:3]
     square, gear_square = x * x + y * y, px * px + py * py
-    # Half of the derivatives of the square of the gear radius by s2 and z2.
-    plane_s, plane_z = px * sx + py * sy, px * zx + py * zy
+    half_square_s, half_square_z = px * sx + py * sy, px * zx + py * zy
     scale = 1.0 / np.sqrt(square * gear_square)
     turn = (x * px + y * py) * scale, (y * px - x * py) * scale
     rows = turned_about_gear(normals_of(other), turn)  # (3, 3, n)
@@ -225,8 +224,8 @@ def contacts_at(surfaces: Surfaces, placed: PairPlacement, state: FloatArray) ->
     # Elimination of s2.
     follow = np.empty((4, len(s1)))
     follow[0] = 0.5 * (square - gear_square)
-    follow[1:] = x * by[0] + y * by[1] - plane_z * by[2]
-    follow /= plane_s
+    follow[1:] = x * by[0] + y * by[1] - half_square_z * by[2]
+    follow /= half_square_s
     # Tangency by s (row 0) and by z (row 1).
     first = moved[:, 1:3]  # P_s, P_z
     value = (normal[:, None] * first).sum(axis=0)

@@ -171,20 +171,11 @@ def _ahead(
 ) -> tuple[FloatArray, FloatArray, Samples]:
     """Return f of followed contacts minus f of the segments (n,) and their limits (8, n), mm, NaN without
     a contact; and the contacts within the limits that are earlier than the segments."""
-    # Three steps, the last one up to 3e-4 depths, find the same contacts as four steps, the last one up to
-    # 1e-7: steps decrease quadratically. Contacts that seem to be earlier are then solved exactly.
-    values, margin, within = followed_contacts(engagement, *followed, most=3, last_step_depths=3e-4)
-    case, roll, _, limit, pair = followed
-    there = segments.values_at(segments.number(engagement, case, roll), roll, 1)[0]
-    ahead, least = values[0] - there, -LATE_ROLL_RAD * engagement.lever
-    row = np.flatnonzero(within & (ahead < least))
-    values = values[:, row]
-    if row.size:
-        start = case[row], roll[row], values[1:3], limit[:, row], pair[row]
-        values, _, within = followed_contacts(engagement, *start)
-        early = within & (values[0] - there[row] < least)
-        row, values = row[early], values[:, early]
-    solved = np.full(row.size, FirstStatus.SOLVED, dtype=np.int8)
+    case, roll, place, limit, pair = followed
+    values, margin, within = followed_contacts(engagement, case, roll, place, limit, pair)
+    ahead = values[0] - segments.values_at(segments.number(engagement, case, roll), roll, 1)[0]
+    row = np.flatnonzero(within & (ahead < -LATE_ROLL_RAD * engagement.lever))
+    values, solved = values[:, row], np.full(row.size, FirstStatus.SOLVED, dtype=np.int8)
     contacts = Found(values[0], values[1:3], values[3:], limit[:, row], pair[row], solved)
     return ahead, margin, samples_of(case[row], roll[row], contacts)
 
@@ -306,20 +297,12 @@ def _inner(segments: CycleSegments) -> Integers:
 
 
 def followed_contacts(
-    engagement: Engagement,
-    case: Integers,
-    roll: FloatArray,
-    place: FloatArray,
-    limit: Codes,
-    pair: Integers,
-    most: int = 4,
-    last_step_depths: float = 1e-7,
+    engagement: Engagement, case: Integers, roll: FloatArray, place: FloatArray, limit: Codes, pair: Integers
 ) -> tuple[FloatArray, FloatArray, Mask]:
     """Return contacts of tooth pairs (n,) near places (2, n) with the active limits (2, n): f, s1, z1, s2,
-    z2 (5, n), the other limits (8, n), mm, and whether these are satisfied. `most` and
-    `last_step_depths` as in `held_to`."""
+    z2 (5, n), the other limits (8, n), mm, and whether these are satisfied."""
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         task = engagement.at(case, roll).task(np.arange(case.size), pair).with_fillets_at(place)
-        values = held_to(task, place, limit, most, last_step_depths)
+        values = held_to(task, place, limit, 4)
         margin = np.where(holding(limit), 0.0, values[QUANTITY_COUNT:])
     return values[:QUANTITY_COUNT], margin, np.asarray((margin >= -ON_LIMIT_DEPTHS * task.depth).all(axis=0))

@@ -244,9 +244,7 @@ def _bits(numbers: Integers, count: int) -> Mask:
     return np.asarray((numbers >> np.arange(count)[:, None]) & 1 == 1)
 
 
-def held_to(
-    task: Task, place: FloatArray, limit: Codes, most: int = 12, last_step_depths: float = 1e-7
-) -> FloatArray:
+def held_to(task: Task, place: FloatArray, limit: Codes, most: int = 12) -> FloatArray:
     """Compute contacts with given active limits by Newton's method.
 
     Parameters
@@ -259,16 +257,16 @@ def held_to(
         Codes of the active limits, -1 for none.
     most : int
         Maximum number of steps.
-    last_step_depths : float
-        Largest Newton step, in tooth depths, after which the iteration ends. The remaining error of the place
-        is of the order of its square. The error of the Taylor series after this step is of the order of its
-        cube for f and the limits, and of its square for s2 and z2.
 
     Returns
     -------
     ndarray, shape (13, n)
         f, s1, z1, s2, z2 and the eight limits, mm; NaN where the iteration does not converge.
     """
+    # Largest Newton step, in tooth depths, after which the iteration ends. The remaining error of the place
+    # is of the order of its square. The error of the Taylor series after this step is of the order of its
+    # cube for f and the limits, and of its square for s2 and z2.
+    last_step_depths = 1e-7
     # Change of f by a step along the flanks, mm, that is rounding. On flanks that nearly touch along a line,
     # such steps remain longer, because the place along the line is uncertain.
     smallest_change_mm = 1e-18

@@ -130,7 +130,7 @@ def seen_by_gear(task: Task, z: FloatArray, cut: Cut, bends: Bends | None = None
     seen[0, 0] += axes.offset  # only the points themselves, and z, are shifted
     ahead = z + axes.position[0]
     seen[1, 0] += axes.sin * ahead
-    # cos (z + p1) - p2, without the rounding of large positions of nearly parallel axes.
+    # As in `seen_by_other`, without the rounding of large positions.
     seen[2, 0] += z + (axes.position[0] - axes.position[1] - axes.versine * ahead)
     seen[1, 2] += axes.sin
     seen[2, 2] += axes.cos

@@ -187,18 +187,10 @@ def test_a_thousand_random_values_leave_the_memory_constant(
     opened: Callable[[Design], Window], modified: Design
 ) -> None:
     window, random, sizes = opened(modified), np.random.default_rng(0), []
+    names = "offset_error", "shaft_angle_error_deg", "pinion_axial_error", "gear_axial_error"
     for number in range(1, 1_401):
-        offset, angle, pinion, gear = random.uniform(-0.03, 0.03, 4).tolist()
-        window.send(
-            number,
-            **Start(modified).values
-            | {
-                "offset_error": offset,
-                "shaft_angle_error_deg": angle,
-                "pinion_axial_error": pinion,
-                "gear_axial_error": gear,
-            },
-        )
+        errors = dict(zip(names, random.uniform(-0.03, 0.03, 4).tolist(), strict=True))
+        window.send(number, **Start(modified).values | errors)
         time.sleep(0.01)
         if number in (400, 1_400):  # the first values fill the caches
             window.wait(number)
